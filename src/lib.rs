@@ -1,0 +1,15 @@
+//! Tyndall renders volumetric data with advanced illumination on Vulkan.
+//!
+//! Data flows one way: a [`scene::Scene`] (volume, medium, lights, camera) is turned by a technique
+//! into a plan (pure data: stages, resources, bytes), the plan into Vulkan resources, the resources
+//! into recorded stages, and those into a linear radiance image that [`output`] tone-maps and writes.
+//!
+//! | technique | paper | stages | folder |
+//! |---|---|---|---|
+//! | `ray_march` | Max 1995; Levoy 1988 | `cell_min_max`, `cell_distance`, `march` | `technique/ray_march` |
+//!
+//! `unsafe` code and raw Vulkan stay inside [`gpu`].
+
+pub mod output;
+pub mod scene;
+pub mod volume;

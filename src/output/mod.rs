@@ -1,0 +1,1 @@
+//! From linear radiance to files.

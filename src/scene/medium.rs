@@ -1,0 +1,17 @@
+//! The participating medium.
+
+use super::TransferFunction;
+
+/// How data values become extinction, albedo and phase.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Medium {
+    /// Data value to colour and opacity.
+    pub transfer_function: TransferFunction,
+    /// Factor on `sigma_t`, >= 0.
+    pub density_scale: f64,
+    /// Factor on the colour that gives `albedo_rgb`, in [0, 1]. Not used by emission-absorption.
+    pub albedo: f64,
+    /// Mean cosine of the Henyey-Greenstein phase function, in [-0.99, 0.99]; > 0 is forward.
+    /// Not used by emission-absorption.
+    pub phase_g: f64,
+}

@@ -1,0 +1,43 @@
+//! The scene: what is rendered, from where, under which light. Pure data, no Vulkan.
+
+mod camera;
+mod clip;
+mod color;
+pub mod file;
+mod light;
+mod medium;
+mod settings;
+pub mod transfer_function;
+
+pub use camera::{Camera, Projection};
+pub use clip::{Clip, Plane};
+pub use color::{linear_from_srgb, srgb_from_linear};
+pub use light::{Falloff, Light};
+pub use medium::Medium;
+pub use settings::{Exposure, ImageSettings, RayMarchParams, Shading, TechniqueParams, ToneMap};
+pub use transfer_function::{ControlPoint, TransferFunction};
+
+use std::sync::Arc;
+
+use crate::volume::{Statistics, Volume};
+
+/// Everything a technique needs to know, resolved: no automatic choice is left open.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The voxels.
+    pub volume: Arc<Volume>,
+    /// Range, histogram and non-finite count of `volume`.
+    pub statistics: Arc<Statistics>,
+    /// How data values become extinction and colour.
+    pub medium: Medium,
+    /// Light sources.
+    pub lights: Vec<Light>,
+    /// Where the image is taken from.
+    pub camera: Camera,
+    /// What is cut away.
+    pub clip: Clip,
+    /// Size and look of the image.
+    pub image: ImageSettings,
+    /// The technique and its parameters.
+    pub technique: TechniqueParams,
+}

@@ -1,0 +1,126 @@
+//! Image settings and technique parameters.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// How linear radiance is brought to the display's range, after exposure.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+    clap::ValueEnum,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum ToneMap {
+    /// Clamp to [0, 1].
+    #[default]
+    Clamp,
+    /// `x / (1 + x)` on luminance [Reinhard2002].
+    Reinhard,
+    /// A filmic curve with toe and shoulder (Narkowicz's fit of ACES).
+    Filmic,
+}
+
+/// Factor on radiance before the tone map.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Exposure {
+    /// Brings the 99th percentile of the covered pixels' luminance to 0.8.
+    #[default]
+    Auto,
+    /// `2^stops`.
+    Stops(f32),
+}
+
+/// Size and look of the image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageSettings {
+    /// Pixels across, 1 to 16384.
+    pub width: u32,
+    /// Pixels down, 1 to 16384.
+    pub height: u32,
+    /// Rays a pixel are `samples_per_axis`^2, on a regular grid about its centre; 1 to 16.
+    pub samples_per_axis: u32,
+    /// Radiance behind the volume, linear RGB.
+    pub background: Vec3,
+    /// Exposure of the PNG.
+    pub exposure: Exposure,
+    /// Tone map of the PNG.
+    pub tone_map: ToneMap,
+}
+
+impl Default for ImageSettings {
+    fn default() -> Self {
+        Self {
+            width: 768,
+            height: 768,
+            samples_per_axis: 1,
+            background: Vec3::ZERO,
+            exposure: Exposure::Auto,
+            tone_map: ToneMap::Clamp,
+        }
+    }
+}
+
+/// Gradient shading of the emission-absorption model (Blinn-Phong).
+///
+/// `L = colour (ambient L_env + diffuse E / pi max(0, n.l)) + specular E / pi max(0, n.h)^shininess`
+/// with E the light's irradiance at the sample, `L_env` the environment's radiance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shading {
+    /// Share of the environment's radiance, >= 0.
+    pub ambient: f32,
+    /// Diffuse reflectance factor, >= 0.
+    pub diffuse: f32,
+    /// Specular factor, >= 0.
+    pub specular: f32,
+    /// Blinn-Phong exponent, in [1, 1000].
+    pub shininess: f32,
+}
+
+impl Default for Shading {
+    fn default() -> Self {
+        Self {
+            ambient: 1.0,
+            diffuse: 0.9,
+            specular: 0.2,
+            shininess: 20.0,
+        }
+    }
+}
+
+/// Parameters of `ray_march`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayMarchParams {
+    /// Largest distance between samples, in voxels (of the smallest spacing), in [1/64, 64].
+    pub step: f64,
+    /// `None`: the colour is source radiance (emission-absorption, [Max1995]); `Some`: it is lit.
+    pub shading: Option<Shading>,
+    /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off.
+    pub early_termination: f64,
+    /// Skip cells that the transfer function makes empty.
+    pub empty_space_skipping: bool,
+}
+
+impl Default for RayMarchParams {
+    fn default() -> Self {
+        Self {
+            step: 0.5,
+            shading: Some(Shading::default()),
+            early_termination: 0.98,
+            empty_space_skipping: true,
+        }
+    }
+}
+
+/// The technique and its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TechniqueParams {
+    /// Emission-absorption and gradient shading.
+    RayMarch(RayMarchParams),
+}
