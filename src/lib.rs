@@ -10,6 +10,8 @@
 //!
 //! `unsafe` code and raw Vulkan stay inside [`gpu`].
 
+pub mod gpu;
 pub mod output;
 pub mod scene;
+pub mod technique;
 pub mod volume;

@@ -124,3 +124,13 @@ pub enum TechniqueParams {
     /// Emission-absorption and gradient shading.
     RayMarch(RayMarchParams),
 }
+
+impl TechniqueParams {
+    /// Whether the image depends on the scene's lights.
+    #[must_use]
+    pub const fn uses_lights(&self) -> bool {
+        match self {
+            Self::RayMarch(p) => p.shading.is_some(),
+        }
+    }
+}

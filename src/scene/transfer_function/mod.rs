@@ -65,4 +65,13 @@ impl TransferFunction {
         let (_, opacity) = self.evaluate(value);
         -(-opacity.clamp(0.0, OPACITY_MAX)).ln_1p() / self.opacity_unit_distance
     }
+
+    /// temp
+    #[must_use]
+    pub fn entries_needed(&self, _min: f64, _max: f64) -> usize { 4096 }
+    /// temp
+    #[must_use]
+    pub fn bake(&self, min: f64, max: f64, entries: usize, density_scale: f64) -> Vec<[f32; 4]> {
+        (0..entries).map(|i| { let v = min + (max-min)*i as f64/(entries-1) as f64; let (c,_) = self.evaluate(v); [c.x,c.y,c.z,(self.sigma_t(v)*density_scale) as f32]}).collect()
+    }
 }

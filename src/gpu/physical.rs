@@ -1,0 +1,276 @@
+//! Physical devices: what there is, what it can do, which one to take.
+
+use ash::vk;
+use serde::Serialize;
+
+use super::error::Context;
+use super::{GpuError, Instance};
+
+/// What kind of processor a device is, in order of preference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DeviceKind {
+    /// A card with its own memory.
+    Discrete,
+    /// Shares memory with the host.
+    Integrated,
+    /// A slice of a device given to a virtual machine.
+    Virtual,
+    /// A software driver.
+    Cpu,
+    /// Unknown.
+    Other,
+}
+
+/// Limits that plans depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Limits {
+    /// Largest extent of a 3D image along an axis.
+    pub max_image_3d: u32,
+    /// Largest extent of a 2D image along an axis.
+    pub max_image_2d: u32,
+    /// Largest extent of a 1D image.
+    pub max_image_1d: u32,
+    /// Largest single allocation, bytes.
+    pub max_allocation: u64,
+    /// Bytes of the largest device-local heap (its budget, where the driver tells).
+    pub heap_bytes: u64,
+    /// Threads of a software driver, which gives each one contiguous run of workgroups; 1 on GPUs.
+    pub worker_threads: u32,
+    /// Whether 16-bit unsigned normalised images can be filtered linearly.
+    pub linear_r16_unorm: bool,
+    /// Whether 32-bit float images can be filtered linearly.
+    pub linear_r32_sfloat: bool,
+    /// Whether four-channel 32-bit float images can be filtered linearly.
+    pub linear_rgba32_sfloat: bool,
+}
+
+/// A device as the user sees it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DeviceInfo {
+    /// Position in the loader's list; what `--device` takes.
+    pub index: usize,
+    /// The driver's name of the device.
+    pub name: String,
+    /// What kind of processor it is.
+    pub kind: DeviceKind,
+    /// Driver name and version.
+    pub driver: String,
+    /// Vulkan version, `1.3.230`.
+    pub api: String,
+    /// Limits that plans depend on.
+    pub limits: Limits,
+    /// Nanoseconds a timestamp tick; 0 where the queue has no timestamps.
+    pub timestamp_period_ns: f32,
+    /// Invocations a subgroup.
+    pub subgroup_size: u32,
+    /// Why this device cannot be used; `None` if it can.
+    pub unusable: Option<String>,
+    /// Identifies device and driver for the pipeline cache.
+    #[serde(skip)]
+    pub cache_key: String,
+}
+
+/// A physical device with its queue family.
+#[derive(Clone)]
+pub(super) struct Physical {
+    pub(super) raw: vk::PhysicalDevice,
+    pub(super) queue_family: u32,
+    pub(super) info: DeviceInfo,
+}
+
+impl Instance {
+    /// Every device the loader finds, usable or not, in the loader's order.
+    ///
+    /// # Errors
+    /// The loader's refusal.
+    pub fn devices(&self) -> Result<Vec<DeviceInfo>, GpuError> {
+        Ok(self.physical_devices()?.into_iter().map(|p| p.info).collect())
+    }
+
+    pub(super) fn physical_devices(&self) -> Result<Vec<Physical>, GpuError> {
+        // SAFETY: `self.raw` is a live instance.
+        let list = unsafe { self.raw.enumerate_physical_devices() }
+            .context("vkEnumeratePhysicalDevices", "tyndall")?;
+        Ok(list.into_iter().enumerate().map(|(i, raw)| self.describe(i, raw)).collect())
+    }
+
+    /// The device the user named (index or part of the name), else the best usable one:
+    /// discrete, integrated, virtual, CPU.
+    pub(super) fn choose(&self, wanted: Option<&str>) -> Result<Physical, GpuError> {
+        let mut devices = self.physical_devices()?;
+        let listing = devices
+            .iter()
+            .map(|d| format!("{} ({})", d.info.index, d.info.name))
+            .collect::<Vec<_>>()
+            .join(", ");
+        if let Some(wanted) = wanted {
+            let matches = |d: &Physical| {
+                wanted.parse::<usize>().map_or_else(
+                    |_| d.info.name.to_lowercase().contains(&wanted.to_lowercase()),
+                    |index| d.info.index == index,
+                )
+            };
+            devices.retain(matches);
+            if devices.is_empty() {
+                return Err(GpuError::UnknownDevice {
+                    wanted: wanted.to_owned(),
+                    available: if listing.is_empty() { "none".to_owned() } else { listing },
+                });
+            }
+        }
+        let reasons: Vec<_> = devices
+            .iter()
+            .filter_map(|d| d.info.unusable.as_ref().map(|why| format!("{}: {why}", d.info.name)))
+            .collect();
+        devices.retain(|d| d.info.unusable.is_none());
+        devices.into_iter().min_by_key(|d| d.info.kind).ok_or_else(|| {
+            GpuError::NoDevice(if reasons.is_empty() {
+                "the loader finds no driver; on Debian: apt-get install mesa-vulkan-drivers".to_owned()
+            } else {
+                reasons.join("; ")
+            })
+        })
+    }
+
+    fn describe(&self, index: usize, raw: vk::PhysicalDevice) -> Physical {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
+        let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default();
+        // SAFETY: `raw` comes from this instance; Vulkan 1.1 properties exist on any 1.1 device, and
+        // the loader emulates `vkGetPhysicalDeviceProperties2` for older ones.
+        let core = unsafe { self.raw.get_physical_device_properties(raw) };
+        if core.api_version >= vk::API_VERSION_1_2 {
+            properties =
+                properties.push_next(&mut driver).push_next(&mut v11).push_next(&mut maintenance3);
+            // SAFETY: as above.
+            unsafe { self.raw.get_physical_device_properties2(raw, &mut properties) };
+        }
+        let text = |c: Result<&std::ffi::CStr, _>| {
+            c.map_or_else(|_| String::new(), |c| c.to_string_lossy().into_owned())
+        };
+        // SAFETY: as above.
+        let families = unsafe { self.raw.get_physical_device_queue_family_properties(raw) };
+        let queue_family = compute_family(&families);
+        let unusable = self.unusable(raw, core.api_version, queue_family);
+        let queue_family = queue_family.unwrap_or(0);
+        let timestamps = families
+            .get(queue_family as usize)
+            .is_some_and(|f| f.timestamp_valid_bits > 0);
+        let limits = self.limits(raw, &core, maintenance3.max_memory_allocation_size);
+        let version = core.api_version;
+        let info = DeviceInfo {
+            index,
+            name: text(core.device_name_as_c_str().map_err(|_| ())),
+            kind: kind(core.device_type),
+            driver: format!(
+                "{} {}",
+                text(driver.driver_name_as_c_str().map_err(|_| ())),
+                text(driver.driver_info_as_c_str().map_err(|_| ()))
+            ),
+            api: format!(
+                "{}.{}.{}",
+                vk::api_version_major(version),
+                vk::api_version_minor(version),
+                vk::api_version_patch(version)
+            ),
+            limits,
+            timestamp_period_ns: if timestamps { core.limits.timestamp_period } else { 0.0 },
+            subgroup_size: v11.subgroup_size,
+            unusable,
+            cache_key: core
+                .pipeline_cache_uuid
+                .iter()
+                .map(|b| format!("{b:02x}"))
+                .collect::<String>(),
+        };
+        Physical { raw, queue_family, info }
+    }
+
+    fn unusable(
+        &self,
+        raw: vk::PhysicalDevice,
+        api: u32,
+        queue_family: Option<u32>,
+    ) -> Option<String> {
+        if api < vk::API_VERSION_1_3 {
+            return Some("Vulkan 1.3 is needed".to_owned());
+        }
+        if queue_family.is_none() {
+            return Some("no compute queue".to_owned());
+        }
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
+        // SAFETY: a 1.3 device knows this structure.
+        unsafe { self.raw.get_physical_device_features2(raw, &mut features) };
+        let write = features.features.shader_storage_image_write_without_format == vk::TRUE;
+        let mut missing = Vec::new();
+        if v13.synchronization2 != vk::TRUE {
+            missing.push("synchronization2");
+        }
+        if v13.maintenance4 != vk::TRUE {
+            missing.push("maintenance4");
+        }
+        if !write {
+            missing.push("shaderStorageImageWriteWithoutFormat");
+        }
+        (!missing.is_empty()).then(|| format!("lacks {}", missing.join(", ")))
+    }
+
+    fn limits(
+        &self,
+        raw: vk::PhysicalDevice,
+        properties: &vk::PhysicalDeviceProperties,
+        max_allocation: u64,
+    ) -> Limits {
+        let core = &properties.limits;
+        let cpu = kind(properties.device_type) == DeviceKind::Cpu;
+        let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let worker_threads = if cpu { u32::try_from(threads).unwrap_or(1) } else { 1 };
+        // SAFETY: `raw` comes from this instance.
+        let memory = unsafe { self.raw.get_physical_device_memory_properties(raw) };
+        let heap_bytes = memory
+            .memory_heaps_as_slice()
+            .iter()
+            .filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+            .map(|h| h.size)
+            .max()
+            .unwrap_or(0);
+        let linear = |format| {
+            // SAFETY: `raw` comes from this instance.
+            let p = unsafe { self.raw.get_physical_device_format_properties(raw, format) };
+            p.optimal_tiling_features
+                .contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
+        };
+        Limits {
+            max_image_3d: core.max_image_dimension3_d,
+            max_image_2d: core.max_image_dimension2_d,
+            max_image_1d: core.max_image_dimension1_d,
+            max_allocation: if max_allocation == 0 { 1 << 30 } else { max_allocation },
+            heap_bytes,
+            worker_threads,
+            linear_r16_unorm: linear(vk::Format::R16_UNORM),
+            linear_r32_sfloat: linear(vk::Format::R32_SFLOAT),
+            linear_rgba32_sfloat: linear(vk::Format::R32G32B32A32_SFLOAT),
+        }
+    }
+}
+
+/// A family with compute, graphics too if possible (those have timestamps everywhere).
+fn compute_family(families: &[vk::QueueFamilyProperties]) -> Option<u32> {
+    let with = |flags: vk::QueueFlags| {
+        families.iter().position(|f| f.queue_flags.contains(flags)).and_then(|i| u32::try_from(i).ok())
+    };
+    with(vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS).or_else(|| with(vk::QueueFlags::COMPUTE))
+}
+
+fn kind(device_type: vk::PhysicalDeviceType) -> DeviceKind {
+    match device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+        vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+        _ => DeviceKind::Other,
+    }
+}

@@ -1,0 +1,85 @@
+//! The compiled shaders, embedded in the program.
+//!
+//! A shader's name is its path: `ray_march.march` is `glsl/ray_march/march.comp`, compiled to
+//! `spirv/ray_march/march.spv`; it is also the stage's debug label and its row in timing tables.
+
+use super::GpuError;
+
+/// One compiled compute shader.
+#[derive(Clone, Copy, Debug)]
+pub struct Shader {
+    /// `technique.stage`.
+    pub name: &'static str,
+    /// The SPIR-V module, little-endian words.
+    pub spirv: &'static [u8],
+}
+
+macro_rules! shaders {
+    ($($(#[$doc:meta])* $constant:ident = $technique:literal / $stage:literal;)*) => {
+        $($(#[$doc])* pub const $constant: Shader = Shader {
+            name: concat!($technique, ".", $stage),
+            spirv: include_bytes!(concat!("../../spirv/", $technique, "/", $stage, ".spv")),
+        };)*
+        /// Every shader of the program.
+        pub const ALL: &[Shader] = &[$($constant),*];
+    };
+}
+
+shaders! {
+    /// Smallest and largest voxel of every cell.
+    MEDIUM_CELL_MIN_MAX = "medium" / "cell_min_max";
+    /// Which cells the transfer function leaves empty.
+    MEDIUM_CELL_OCCUPANCY = "medium" / "cell_occupancy";
+    /// Distance from every cell to the nearest occupied one.
+    MEDIUM_CELL_DISTANCE = "medium" / "cell_distance";
+    /// The radiance of every pixel.
+    RAY_MARCH_MARCH = "ray_march" / "march";
+}
+
+const MAGIC: u32 = 0x0723_0203;
+const OP_EXECUTION_MODE: u32 = 16;
+const MODE_LOCAL_SIZE: u32 = 17;
+
+impl Shader {
+    /// The module as words.
+    ///
+    /// # Errors
+    /// The bytes are not SPIR-V.
+    pub fn words(&self) -> Result<Vec<u32>, GpuError> {
+        let words: Vec<u32> = self
+            .spirv
+            .chunks_exact(4)
+            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect();
+        if words.first() == Some(&MAGIC) && words.len() * 4 == self.spirv.len() {
+            Ok(words)
+        } else {
+            Err(self.error("not a SPIR-V module"))
+        }
+    }
+
+    /// The workgroup's size, as the shader declares it.
+    ///
+    /// # Errors
+    /// The module declares no literal local size.
+    pub fn local_size(&self) -> Result<[u32; 3], GpuError> {
+        let words = self.words()?;
+        let mut rest = words.get(5..).unwrap_or(&[]);
+        // An instruction's first word holds its length (high half) and opcode (low half).
+        while let Some(&head) = rest.first() {
+            let length = (head >> 16) as usize;
+            if length == 0 || length > rest.len() {
+                return Err(self.error("truncated SPIR-V"));
+            }
+            if head & 0xffff == OP_EXECUTION_MODE && length == 6 && rest[2] == MODE_LOCAL_SIZE {
+                return Ok([rest[3], rest[4], rest[5]]);
+            }
+            rest = &rest[length..];
+        }
+        Err(self.error("declares no local size"))
+    }
+
+    fn error(&self, message: &str) -> GpuError {
+        GpuError::Shader { name: self.name.to_owned(), message: message.to_owned() }
+    }
+}

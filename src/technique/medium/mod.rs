@@ -1,0 +1,15 @@
+//! The medium on the device: voxels, transfer function, and where it is empty.
+//!
+//! Shared by all techniques. Stages, formats and reasons: `README.md` in this folder.
+
+mod encoding;
+mod plan;
+mod record;
+mod resources;
+mod table;
+
+pub use encoding::Encoding;
+pub use plan::{CellsPlan, MediumPlan, stage};
+pub use record::{record_occupancy, record_ranges};
+pub use resources::{LAYOUTS, Medium, OccupancyPush};
+pub use table::Table;

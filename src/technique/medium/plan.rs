@@ -1,0 +1,205 @@
+//! Which parts of the medium a scene needs on the device.
+
+use glam::UVec3;
+
+use super::{Encoding, Table};
+use crate::gpu::{Format, Limits, Specialization};
+use crate::scene::Scene;
+use crate::technique::{
+    Input, Inputs, Omission, PlanError, ResourceKind, ResourcePlan, StagePlan,
+};
+
+/// Stage names of the medium.
+pub mod stage {
+    /// Copy of the voxels to the device.
+    pub const UPLOAD_VOLUME: &str = "medium.upload_volume";
+    /// Copy of the mask of finite voxels.
+    pub const UPLOAD_MASK: &str = "medium.upload_mask";
+    /// Copy of the transfer function's table.
+    pub const UPLOAD_TABLE: &str = "medium.upload_table";
+    /// Smallest and largest voxel of every cell.
+    pub const CELL_MIN_MAX: &str = "medium.cell_min_max";
+    /// Which cells the transfer function leaves empty.
+    pub const CELL_OCCUPANCY: &str = "medium.cell_occupancy";
+    /// Distance from every cell to the nearest occupied one.
+    pub const CELL_DISTANCE: &str = "medium.cell_distance";
+}
+
+/// Voxels along the edge of a cell: small enough to follow thin shells, large enough that the
+/// pairs take 1/32 of the volume.
+const CELL_SIZE: u32 = 4;
+
+/// Longest distance kept, in cells: one look-up skips at most about this many.
+const REACH: u32 = 15;
+
+/// The medium's device data for one scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MediumPlan {
+    /// Voxels along x, y, z.
+    pub dims: UVec3,
+    /// Texel format.
+    pub encoding: Encoding,
+    /// Whether some voxels are NaN or infinite and need a mask.
+    pub masked: bool,
+    /// The transfer function's table.
+    pub table: Table,
+    /// Cells for empty-space skipping; `None` where nothing can be skipped.
+    pub cells: Option<CellsPlan>,
+    why_no_cells: &'static str,
+}
+
+/// A coarse grid over the volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CellsPlan {
+    /// Voxels along the edge of a cell.
+    pub size: u32,
+    /// Cells along x, y, z.
+    pub dims: UVec3,
+    /// Longest distance kept, in cells.
+    pub reach: u32,
+}
+
+impl MediumPlan {
+    /// Decides formats and sizes; `skip_empty` says whether the technique would skip empty space.
+    ///
+    /// # Errors
+    /// The volume exceeds a limit of the device.
+    pub fn new(scene: &Scene, skip_empty: bool, limits: &Limits) -> Result<Self, PlanError> {
+        let dims = scene.volume.grid.dims;
+        if dims.max_element() > limits.max_image_3d {
+            return Err(PlanError::Limit {
+                what: format!("volume {}", scene.volume.name),
+                found: format!("{} x {} x {} voxels", dims.x, dims.y, dims.z),
+                limit: format!("the device's 3D images reach {} along an axis", limits.max_image_3d),
+                fix: "resample or crop the volume".to_owned(),
+            });
+        }
+        if !limits.linear_rgba32_sfloat {
+            return Err(PlanError::Limit {
+                what: "transfer function".to_owned(),
+                found: "needs linear filtering of four-channel 32-bit float images".to_owned(),
+                limit: "the device has none".to_owned(),
+                fix: "use another device (`tyndall devices`)".to_owned(),
+            });
+        }
+        let table = Table::choose(scene, limits.max_image_1d.min(16384) - 1);
+        let (cells, why_no_cells) = if !skip_empty {
+            (None, "empty_space_skipping is off")
+        } else if !Table::has_empty_range(&table.bake(scene)) {
+            (None, "the transfer function leaves no data value empty")
+        } else {
+            let dims = UVec3::new(
+                dims.x.div_ceil(CELL_SIZE),
+                dims.y.div_ceil(CELL_SIZE),
+                dims.z.div_ceil(CELL_SIZE),
+            );
+            (Some(CellsPlan { size: CELL_SIZE, dims, reach: REACH }), "")
+        };
+        Ok(Self {
+            dims,
+            encoding: Encoding::choose(&scene.volume, &scene.statistics, limits)?,
+            masked: scene.statistics.nan + scene.statistics.infinite > 0,
+            table,
+            cells,
+            why_no_cells,
+        })
+    }
+
+    /// The stages in order.
+    #[must_use]
+    pub fn stages(&self) -> Vec<StagePlan> {
+        let volume = Inputs::of(&[Input::Volume]);
+        let table = Inputs::of(&[Input::Volume, Input::TransferFunction]);
+        let stage = |name, depends_on, domain, dispatches, specialization| StagePlan {
+            name,
+            depends_on,
+            domain,
+            dispatches,
+            specialization,
+        };
+        let row = UVec3::new(self.table.entries, 1, 1);
+        let mut stages = vec![stage(stage::UPLOAD_VOLUME, volume, self.dims, 1, vec![])];
+        if self.masked {
+            stages.push(stage(stage::UPLOAD_MASK, volume, self.dims, 1, vec![]));
+        }
+        stages.push(stage(stage::UPLOAD_TABLE, table, row, 1 + u32::from(self.cells.is_some()), vec![]));
+        if let Some(c) = self.cells {
+            stages.extend([
+                stage(stage::CELL_MIN_MAX, volume, c.dims, 1, c.min_max_constants()),
+                stage(stage::CELL_OCCUPANCY, table, c.dims, 1, c.reach_constants()),
+                stage(stage::CELL_DISTANCE, table, c.dims, 3, c.reach_constants()),
+            ]);
+        }
+        stages
+    }
+
+    /// The resources with their sizes.
+    #[must_use]
+    pub fn resources(&self) -> Vec<ResourcePlan> {
+        let voxels = |v: UVec3| u64::from(v.x) * u64::from(v.y) * u64::from(v.z);
+        let row = UVec3::new(self.table.entries, 1, 1);
+        let auxiliary = |name, extent, format, bytes, shrink| ResourcePlan {
+            name,
+            kind: ResourceKind::Auxiliary,
+            extent,
+            format,
+            bytes,
+            shrink,
+        };
+        let mut list = vec![ResourcePlan {
+            name: "volume",
+            kind: ResourceKind::Volume,
+            extent: self.dims,
+            format: self.encoding.format,
+            bytes: voxels(self.dims) * self.encoding.texel_bytes(),
+            shrink: "resample or crop the volume, or store it in fewer bits",
+        }];
+        if self.masked {
+            let why = "replace NaN and infinite voxels in the file";
+            list.push(auxiliary("finite_mask", self.dims, Format::R8_UNORM, voxels(self.dims), why));
+        }
+        let entries = u64::from(self.table.entries);
+        let wider = "widen the transfer function's narrowest segment";
+        list.push(auxiliary("transfer_function", row, Format::R32G32B32A32_SFLOAT, 16 * entries, wider));
+        if let Some(c) = self.cells {
+            let (format, bytes) = self.encoding.pair_format();
+            let off = "set technique.ray_march.empty_space_skipping = false";
+            let counts = UVec3::new(row.x + 1, 1, 1);
+            list.extend([
+                auxiliary("occupied_before", counts, Format::R32_UINT, 4 * (entries + 1), wider),
+                auxiliary("cell_min_max", c.dims, format, voxels(c.dims) * bytes, off),
+                auxiliary("cell_distance", c.dims, Format::R8_UINT, voxels(c.dims), off),
+                auxiliary("cell_distance_pong", c.dims, Format::R8_UINT, voxels(c.dims), off),
+            ]);
+        }
+        list
+    }
+
+    /// What the scene does not need of the medium.
+    #[must_use]
+    pub fn omitted(&self) -> Vec<Omission> {
+        let mut list = Vec::new();
+        if !self.masked {
+            let why = "every voxel is finite".to_owned();
+            list.push(Omission { what: "finite_mask", why });
+        }
+        if self.cells.is_none() {
+            list.push(Omission { what: "cells", why: self.why_no_cells.to_owned() });
+        }
+        list
+    }
+}
+
+impl CellsPlan {
+    /// Constants of `medium.cell_min_max`.
+    #[must_use]
+    pub fn min_max_constants(&self) -> Vec<Specialization> {
+        vec![Specialization { id: 0, name: "CELL_SIZE", value: self.size }]
+    }
+
+    /// Constants of `medium.cell_occupancy` and `medium.cell_distance`.
+    #[must_use]
+    pub fn reach_constants(&self) -> Vec<Specialization> {
+        vec![Specialization { id: 0, name: "REACH", value: self.reach }]
+    }
+}

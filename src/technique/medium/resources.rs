@@ -1,0 +1,284 @@
+//! The medium's images and pipelines on the device.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::UVec3;
+use rayon::prelude::*;
+
+use super::{CellsPlan, MediumPlan, Table, stage};
+use crate::gpu::{
+    Binding, BindingKind, ComputePipeline, Device, Filter, Format, GpuError, Image, ImageDesc,
+    ImageType, ImageUsageFlags, Resource, Sampler, SamplerAddressMode, SamplerDesc, StageLayout,
+    StageTime, shader, upload_image,
+};
+use crate::scene::Scene;
+use crate::volume::{Volume, Voxels};
+
+const MIN_MAX: StageLayout = StageLayout {
+    shader: shader::MEDIUM_CELL_MIN_MAX,
+    bindings: &[BindingKind::SampledImage, BindingKind::StorageImage],
+    push_bytes: 0,
+};
+const OCCUPANCY: StageLayout = StageLayout {
+    shader: shader::MEDIUM_CELL_OCCUPANCY,
+    bindings: &[BindingKind::SampledImage, BindingKind::SampledImage, BindingKind::StorageImage],
+    push_bytes: size_of::<OccupancyPush>() as u32,
+};
+const DISTANCE: StageLayout = StageLayout {
+    shader: shader::MEDIUM_CELL_DISTANCE,
+    bindings: &[BindingKind::SampledImage, BindingKind::StorageImage],
+    push_bytes: 4,
+};
+
+/// The interfaces of the medium's stages, for the layout test.
+pub const LAYOUTS: &[StageLayout] = &[MIN_MAX, OCCUPANCY, DISTANCE];
+
+/// Push constants of `medium.cell_occupancy`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct OccupancyPush {
+    /// Texture value at the table's first entry.
+    pub table_min: f32,
+    /// Entries a unit of texture value.
+    pub table_scale: f32,
+}
+
+/// Where the medium lives on the device.
+pub struct Medium {
+    pub(super) device: Device,
+    /// What it was made from.
+    pub plan: MediumPlan,
+    /// Voxels, linearly filtered.
+    pub volume: Resource,
+    /// 1 where voxels are finite; 1 x 1 x 1 where all are.
+    pub mask: Resource,
+    /// `(r, g, b, sigma_t)` over the data range.
+    pub transfer_function: Resource,
+    /// Distance to the nearest occupied cell; 1 x 1 x 1 without cells.
+    pub cell_distance: Resource,
+    pub(super) cells: Option<Cells>,
+    images: Images,
+    linear: Arc<Sampler>,
+}
+
+struct Images {
+    volume: Arc<Image>,
+    mask: Arc<Image>,
+    table: Arc<Image>,
+}
+
+/// Images and stages of the cells.
+pub(super) struct Cells {
+    pub(super) plan: CellsPlan,
+    pub(super) min_max: Arc<Image>,
+    pub(super) occupied_before: Arc<Image>,
+    pub(super) distance: Arc<Image>,
+    pub(super) pong: Arc<Image>,
+    pub(super) min_max_stage: (ComputePipeline, Binding),
+    pub(super) occupancy_stage: (ComputePipeline, Binding),
+    pub(super) distance_pipeline: ComputePipeline,
+    pub(super) to_pong: Binding,
+    pub(super) from_pong: Binding,
+}
+
+impl Medium {
+    /// Creates every image the plan asks for; nothing is uploaded yet.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory.
+    pub fn new(device: &Device, plan: &MediumPlan) -> Result<Self, GpuError> {
+        let one = UVec3::ONE;
+        let linear = sampler(device, "linear", Filter::LINEAR)?;
+        let nearest = sampler(device, "nearest", Filter::NEAREST)?;
+        let volume = sampled(device, "volume", plan.dims, plan.encoding.format)?;
+        let mask_dims = if plan.masked { plan.dims } else { one };
+        let mask = sampled(device, "finite_mask", mask_dims, Format::R8_UNORM)?;
+        let table = table_image(
+            device,
+            "transfer_function",
+            plan.table.entries,
+            Format::R32G32B32A32_SFLOAT,
+        )?;
+        let volume_resource = Resource::Sampled(volume.clone(), linear.clone());
+        let cells = plan
+            .cells
+            .map(|c| Cells::new(device, plan, c, &volume_resource, &nearest))
+            .transpose()?;
+        let cell_distance = match &cells {
+            Some(cells) => cells.pong.clone(),
+            None => sampled(device, "cell_distance", one, Format::R8_UINT)?,
+        };
+        Ok(Self {
+            device: device.clone(),
+            plan: plan.clone(),
+            volume: volume_resource,
+            mask: Resource::Sampled(mask.clone(), linear.clone()),
+            transfer_function: Resource::Sampled(table.clone(), linear.clone()),
+            cell_distance: Resource::Sampled(cell_distance, nearest),
+            cells,
+            images: Images { volume, mask, table },
+            linear,
+        })
+    }
+
+    /// Streams the voxels, and the mask if there is one, to the device.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory for staging.
+    pub fn upload_volume(
+        &self,
+        volume: &Volume,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> Result<Vec<StageTime>, GpuError> {
+        let encoding = self.plan.encoding;
+        let fill = |first, count, target: &mut [u8]| {
+            let slice = target.len() / count as usize;
+            target.par_chunks_mut(slice.max(1)).zip(first..first + count).for_each(|(to, z)| {
+                encoding.encode(volume, z, 1, to);
+            });
+        };
+        let (d, i) = (&self.device, &self.images);
+        let bytes = encoding.texel_bytes();
+        let mut times = upload_image(d, &i.volume, stage::UPLOAD_VOLUME, bytes, fill, progress)?;
+        let mask = |first, count, target: &mut [u8]| fill_mask(volume, first, count, target);
+        let masked = upload_image(d, &i.mask, stage::UPLOAD_MASK, 1, mask, &mut |_, _| {})?;
+        if self.plan.masked {
+            times.extend(masked);
+        }
+        if self.cells.is_none()
+            && let Resource::Sampled(image, _) = &self.cell_distance
+        {
+            // Never read: only brought to the layout its descriptor names.
+            upload_image(d, image, "medium.unused", 1, |_, _, to| to.fill(0), &mut |_, _| {})?;
+        }
+        Ok(times)
+    }
+
+    /// Copies the transfer function's table to the device.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory for staging.
+    pub fn upload_table(&self, scene: &Scene) -> Result<Vec<StageTime>, GpuError> {
+        let baked = self.plan.table.bake(scene);
+        let mut times = self.upload_row(&self.images.table, 16, bytemuck::cast_slice(&baked))?;
+        if let Some(cells) = &self.cells {
+            let counts = Table::occupied_before(&baked);
+            let more = self.upload_row(&cells.occupied_before, 4, bytemuck::cast_slice(&counts))?;
+            times.extend(more);
+        }
+        let seconds = times.iter().map(|t| t.seconds).sum();
+        Ok(vec![StageTime { name: stage::UPLOAD_TABLE.to_owned(), seconds }])
+    }
+
+    fn upload_row(&self, image: &Image, texel: u64, bytes: &[u8]) -> Result<Vec<StageTime>, GpuError> {
+        let fill = |_, _, to: &mut [u8]| to.copy_from_slice(bytes);
+        upload_image(&self.device, image, stage::UPLOAD_TABLE, texel, fill, &mut |_, _| {})
+    }
+
+    /// The sampler of the volume, for images with the same extent.
+    #[must_use]
+    pub fn linear_sampler(&self) -> Arc<Sampler> {
+        self.linear.clone()
+    }
+
+    /// Texture value at the table's first entry, and entries a unit of texture value.
+    #[must_use]
+    pub fn table_mapping(&self) -> (f32, f32) {
+        let (encoding, table) = (&self.plan.encoding, &self.plan.table);
+        let first = encoding.texture_value(table.min);
+        let last = encoding.texture_value(table.max);
+        (first as f32, (f64::from(table.entries - 1) / (last - first)) as f32)
+    }
+}
+
+impl Cells {
+    fn new(
+        device: &Device,
+        plan: &MediumPlan,
+        cells: CellsPlan,
+        volume: &Resource,
+        nearest: &Arc<Sampler>,
+    ) -> Result<Self, GpuError> {
+        let storage = |name, format| {
+            let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
+            let image_type = ImageType::TYPE_3D;
+            let desc = ImageDesc { image_type, extent: cells.dims, format, usage };
+            Image::new(device, name, desc).map(Arc::new)
+        };
+        let min_max = storage("cell_min_max", plan.encoding.pair_format().0)?;
+        let distance = storage("cell_distance", Format::R8_UINT)?;
+        let pong = storage("cell_distance_pong", Format::R8_UINT)?;
+        let entries = plan.table.entries + 1;
+        let occupied_before = table_image(device, "occupied_before", entries, Format::R32_UINT)?;
+        let read = |image: &Arc<Image>| Resource::Sampled(image.clone(), nearest.clone());
+        let write = |image: &Arc<Image>| Resource::Storage(image.clone());
+        let bound = |layout, constants: &[_], resources| {
+            let pipeline = ComputePipeline::new(device, layout, constants)?;
+            let binding = pipeline.bind(resources)?;
+            Ok::<_, GpuError>((pipeline, binding))
+        };
+        let min_max_stage =
+            bound(MIN_MAX, &cells.min_max_constants(), vec![volume.clone(), write(&min_max)])?;
+        let occupancy_stage = bound(
+            OCCUPANCY,
+            &cells.reach_constants(),
+            vec![read(&min_max), read(&occupied_before), write(&distance)],
+        )?;
+        let distance_pipeline = ComputePipeline::new(device, DISTANCE, &cells.reach_constants())?;
+        let to_pong = distance_pipeline.bind(vec![read(&distance), write(&pong)])?;
+        let from_pong = distance_pipeline.bind(vec![read(&pong), write(&distance)])?;
+        Ok(Self {
+            plan: cells,
+            min_max,
+            occupied_before,
+            distance,
+            pong,
+            min_max_stage,
+            occupancy_stage,
+            distance_pipeline,
+            to_pong,
+            from_pong,
+        })
+    }
+}
+
+/// Mirrored repetition equals clamping for coordinates in [0, 1], and keeps lavapipe's float filter
+/// for 8-bit texels, where clamping would filter in 8 bits.
+fn sampler(device: &Device, name: &str, filter: Filter) -> Result<Arc<Sampler>, GpuError> {
+    let address_mode = SamplerAddressMode::MIRRORED_REPEAT;
+    Sampler::new(device, name, SamplerDesc { filter, address_mode }).map(Arc::new)
+}
+
+fn sampled(device: &Device, name: &str, extent: UVec3, format: Format) -> Result<Arc<Image>, GpuError> {
+    let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
+    let desc = ImageDesc { image_type: ImageType::TYPE_3D, extent, format, usage };
+    Image::new(device, name, desc).map(Arc::new)
+}
+
+fn table_image(device: &Device, name: &str, entries: u32, format: Format) -> Result<Arc<Image>, GpuError> {
+    let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
+    let extent = UVec3::new(entries, 1, 1);
+    let desc = ImageDesc { image_type: ImageType::TYPE_1D, extent, format, usage };
+    Image::new(device, name, desc).map(Arc::new)
+}
+
+/// 255 where a voxel is finite. Without a mask the image is a single texel, which is never read.
+fn fill_mask(volume: &Volume, first: u32, count: u32, target: &mut [u8]) {
+    let at = volume.grid.linear_index(UVec3::new(0, 0, first));
+    let end = volume.grid.linear_index(UVec3::new(0, 0, first + count));
+    target.fill(255);
+    if target.len() == end - at {
+        match &volume.voxels {
+            Voxels::F32(v) => mark(target, &v[at..end], |x| x.is_finite()),
+            Voxels::F64(v) => mark(target, &v[at..end], |x| x.is_finite()),
+            _ => {}
+        }
+    }
+}
+
+fn mark<T>(target: &mut [u8], voxels: &[T], is_finite: impl Fn(&T) -> bool) {
+    for (to, voxel) in target.iter_mut().zip(voxels) {
+        *to = if is_finite(voxel) { 255 } else { 0 };
+    }
+}

@@ -1,0 +1,35 @@
+//! The techniques: each turns a scene into a plan, the plan into resources, those into an image.
+//!
+//! One technique is one folder, with the same name here, in `glsl/`, `spirv/` and `tests/goldens/`.
+//! [`medium`] is what they share on the device: the volume, the transfer function and the cells that
+//! say where the medium is empty.
+
+mod inputs;
+pub mod medium;
+mod plan;
+pub mod ray_march;
+mod renderer;
+mod view;
+
+pub use inputs::{Input, Inputs};
+pub use plan::{Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan};
+pub use renderer::{FrameReport, RenderError, Renderer};
+pub use view::ViewUniform;
+
+use crate::gpu::Limits;
+use crate::scene::{Scene, TechniqueParams};
+
+/// Names of all techniques, as in scene files and on the command line.
+pub const NAMES: &[&str] = &[ray_march::NAME];
+
+/// What the scene's technique would do on a device with these limits: pure data, no Vulkan.
+///
+/// # Errors
+/// The scene exceeds a limit; the message names it and what would help.
+pub fn plan(scene: &Scene, limits: &Limits) -> Result<Plan, PlanError> {
+    match &scene.technique {
+        TechniqueParams::RayMarch(params) => {
+            Ok(ray_march::plan(scene, params, limits)?.summary(scene))
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Emission-absorption and gradient shading along camera rays.
+//!
+//! Paper, symbols, stages and deviations: `README.md` in this folder.
+
+mod layout;
+mod plan;
+mod record;
+pub mod reference;
+mod resources;
+
+pub use layout::{LAYOUTS, MAX_LIGHTS, MarchLight, MarchPush, MarchUniform};
+pub use plan::{RayMarchPlan, plan, stage};
+pub use record::record_march;
+pub use resources::RayMarch;
+
+/// The technique's name everywhere.
+pub const NAME: &str = "ray_march";

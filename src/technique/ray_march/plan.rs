@@ -1,0 +1,192 @@
+//! What `ray_march` does for a scene.
+
+use glam::UVec3;
+
+use super::{MAX_LIGHTS, NAME, layout};
+use crate::gpu::{Format, Limits, Specialization};
+use crate::scene::{Light, RayMarchParams, Scene};
+use crate::technique::medium::MediumPlan;
+use crate::technique::{
+    Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan,
+};
+
+/// Stage names of the technique.
+pub mod stage {
+    /// The radiance of every pixel.
+    pub const MARCH: &str = "ray_march.march";
+    /// Copy of the image to the host.
+    pub const READ_BACK: &str = "ray_march.read_back";
+}
+
+/// Pixels along the edge of a tile; 64 invocations march one.
+const TILE: u32 = 8;
+
+/// Tiles a dispatch: Vulkan guarantees 65,535 workgroups along x.
+const MAX_TILES: u64 = 32_768;
+
+/// Samples a submission: a desktop GPU that takes 1e9 a second stays responsive, and a software
+/// driver answers every few seconds.
+const MAX_SAMPLES: u64 = 1 << 28;
+
+/// Loop rounds an invocation: lavapipe silently stops a shader after 65,535 in all loops together.
+const MAX_ROUNDS: f64 = 60_000.0;
+
+/// Pure data: everything decided for one scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RayMarchPlan {
+    /// The medium's part.
+    pub medium: MediumPlan,
+    /// Constants of `ray_march.march`.
+    pub specialization: Vec<Specialization>,
+    /// Image width and height.
+    pub image: [u32; 2],
+    /// Sub-samples a pixel, one dispatch each.
+    pub sub_samples: u32,
+    /// Tiles of 8 x 8 pixels.
+    pub tiles: u32,
+    /// Tiles a submission, so that none runs long.
+    pub tiles_per_submission: u32,
+    omitted: Vec<Omission>,
+}
+
+/// Plans the technique for a scene.
+///
+/// # Errors
+/// The scene exceeds a limit of the device or the shader.
+pub fn plan(scene: &Scene, params: &RayMarchParams, limits: &Limits) -> Result<RayMarchPlan, PlanError> {
+    let image = &scene.image;
+    if image.width.max(image.height) > limits.max_image_2d {
+        return Err(PlanError::Limit {
+            what: "image".to_owned(),
+            found: format!("{} x {}", image.width, image.height),
+            limit: format!("the device's images reach {} along an axis", limits.max_image_2d),
+            fix: "lower image.width and image.height".to_owned(),
+        });
+    }
+    let lights = scene.lights.iter().filter(|l| !matches!(l, Light::Environment { .. })).count();
+    if lights > MAX_LIGHTS {
+        return Err(PlanError::Limit {
+            what: "lights".to_owned(),
+            found: format!("{lights} directional and point lights"),
+            limit: format!("ray_march takes {MAX_LIGHTS}"),
+            fix: "remove some".to_owned(),
+        });
+    }
+    let samples_per_ray = longest_ray(scene, params)?;
+    let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
+    let per_tile = samples_per_ray * u64::from(TILE * TILE);
+    let tiles_per_submission = (MAX_SAMPLES / per_tile.max(1)).clamp(1, MAX_TILES.min(u64::from(tiles)));
+    Ok(RayMarchPlan {
+        medium: MediumPlan::new(scene, params.empty_space_skipping, limits)?,
+        specialization: Vec::new(),
+        image: [image.width, image.height],
+        sub_samples: image.samples_per_axis * image.samples_per_axis,
+        tiles,
+        tiles_per_submission: u32::try_from(tiles_per_submission).unwrap_or(1),
+        omitted: Vec::new(),
+    }
+    .specialise(scene, params, lights, limits))
+}
+
+/// Samples on the longest possible ray.
+fn longest_ray(scene: &Scene, params: &RayMarchParams) -> Result<u64, PlanError> {
+    let samples = (scene.volume.grid.diagonal() / layout::step_length(scene, params)).ceil();
+    // Each sample is a round of the inner loop, each block of four one of the outer loop.
+    if samples * 1.25 > MAX_ROUNDS {
+        return Err(PlanError::Limit {
+            what: "technique.ray_march.step".to_owned(),
+            found: format!("{samples} samples on the longest ray"),
+            limit: format!("a ray takes at most {}", (MAX_ROUNDS / 1.25).floor()),
+            fix: format!("raise the step to at least {:.4}", params.step * samples * 1.25 / MAX_ROUNDS),
+        });
+    }
+    Ok(samples as u64)
+}
+
+impl RayMarchPlan {
+    /// Decides the constants, and with them what is compiled in; notes what is not.
+    fn specialise(mut self, scene: &Scene, params: &RayMarchParams, lights: usize, limits: &Limits) -> Self {
+        let shade = params.shading.is_some();
+        let lit = if shade { u32::try_from(lights).unwrap_or(0) } else { 0 };
+        let points = lit > 0 && scene.lights.iter().any(|l| matches!(l, Light::Point { .. }));
+        let specular = lit > 0 && params.shading.is_some_and(|s| s.specular > 0.0);
+        let values = [
+            ("SKIP_EMPTY", u32::from(self.medium.cells.is_some())),
+            ("SHADE", u32::from(shade)),
+            ("SPECULAR", u32::from(specular)),
+            ("MASKED", u32::from(self.medium.masked)),
+            ("CLIP_BOX", u32::from(scene.clip.bounds.is_some())),
+            ("CLIP_PLANE", u32::from(scene.clip.plane.is_some())),
+            ("LIGHT_COUNT", lit),
+            ("POINT_LIGHTS", u32::from(points)),
+            ("SPREAD", limits.worker_threads),
+        ];
+        self.specialization = (0..)
+            .zip(values)
+            .map(|(id, (name, value))| Specialization { id, name, value })
+            .collect();
+        let mut omit = |what, left_out: bool, why: &str| {
+            if left_out {
+                self.omitted.push(Omission { what, why: why.to_owned() });
+            }
+        };
+        omit("gradient", !shade, "shading is off: the colour is source radiance");
+        omit("specular", shade && lit > 0 && !specular, "shading.specular is 0");
+        omit("lights", shade && lit == 0, "the scene has no directional or point light");
+        omit("lights", !shade && lights > 0, "shading is off: no light is looked at");
+        omit("clip box", scene.clip.bounds.is_none(), "the scene has none");
+        omit("clip plane", scene.clip.plane.is_none(), "the scene has none");
+        omit("phase function", true, "emission-absorption does not scatter");
+        self
+    }
+
+    /// The plan as shown to the user.
+    #[must_use]
+    pub fn summary(&self, scene: &Scene) -> Plan {
+        let mut depends = vec![
+            Input::Volume,
+            Input::TransferFunction,
+            Input::Camera,
+            Input::Clip,
+            Input::Image,
+            Input::Parameters,
+        ];
+        if scene.technique.uses_lights() {
+            depends.push(Input::Light);
+        }
+        let pixels = UVec3::new(self.image[0], self.image[1], 1);
+        let bands = self.tiles.div_ceil(self.tiles_per_submission);
+        let mut stages = self.medium.stages();
+        stages.push(StagePlan {
+            name: stage::MARCH,
+            depends_on: Inputs::of(&depends),
+            domain: pixels,
+            dispatches: bands * self.sub_samples,
+            specialization: self.specialization.clone(),
+        });
+        stages.push(StagePlan {
+            name: stage::READ_BACK,
+            depends_on: Inputs::of(&depends),
+            domain: pixels,
+            dispatches: 1,
+            specialization: Vec::new(),
+        });
+        let mut resources = self.medium.resources();
+        let bytes = 16 * u64::from(self.image[0]) * u64::from(self.image[1]);
+        let shrink = "lower image.width and image.height";
+        let image = |name, format, extent| ResourcePlan {
+            name,
+            kind: ResourceKind::Image,
+            extent,
+            format,
+            bytes,
+            shrink,
+        };
+        resources.push(image("radiance", Format::R32G32B32A32_SFLOAT, pixels));
+        let linear = UVec3::new(u32::try_from(bytes).unwrap_or(u32::MAX), 1, 1);
+        resources.push(image("read_back", Format::UNDEFINED, linear));
+        let mut omitted = self.medium.omitted();
+        omitted.extend(self.omitted.iter().cloned());
+        Plan { technique: NAME, stages, resources, omitted }
+    }
+}

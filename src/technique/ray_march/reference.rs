@@ -1,0 +1,1 @@
+//! The equations written naively on the CPU in f64.
