@@ -136,7 +136,7 @@ pub(super) fn check_time(
     }
     let expected = match steps {
         1 => "time step 0 (the file has no other)".to_owned(),
-        n => format!("a time step from 0 to {}", n - 1),
+        n => format!("a time step from 0 to {}", n.saturating_sub(1)),
     };
     Err(VolumeError::field(
         path,

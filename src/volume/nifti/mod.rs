@@ -180,14 +180,12 @@ fn sizes(fields: &Fields<'_>) -> Result<([i64; 3], u32), VolumeError> {
         false => 1,
     };
     // Unused axes are 1 by the format, and 0 in the files of careless writers.
-    let steps = size(4).max(i64::from(size(4) == 0));
-    let steps = u32::try_from(steps).map_err(|_| {
-        fields.error(
-            "dim[4]",
-            size(4).to_string(),
-            "a positive number of time steps",
-        )
-    })?;
+    let steps = match size(4) {
+        0 => 1,
+        n => u32::try_from(n).map_err(|_| {
+            fields.error("dim[4]", n.to_string(), "a positive number of time steps")
+        })?,
+    };
     for axis in 5..=7 {
         if !(0..=1).contains(&size(axis)) {
             let found = size(axis).to_string();
