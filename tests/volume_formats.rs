@@ -146,7 +146,7 @@ fn nrrd_places_axes_without_directions() {
 
 fn meta_header(t: ScalarType, fields: &str, data: &str) -> String {
     format!(
-        "ObjectType = Image\nNDims = 3\n{fields}\nComment = a = b\nOffset = -10 20.5 1024\n\
+        "ObjectType = Image\nNDims = 3\n{fields}\nComment = a = b\nComment = c\nOffset = -10 20.5 1024\n\
          ElementSpacing = 0.5 1.25 3\nDimSize = 3 4 5\nElementType = {}\n\
          ElementDataFile = {data}\n",
         meta_type(t)

@@ -72,6 +72,10 @@ fn parse(path: &Path) -> Result<(Fields, u64), VolumeError> {
             ));
         };
         let key = key.trim();
+        // Free text, of which there may be several.
+        if key == "Comment" {
+            continue;
+        }
         fields.insert(key, value)?;
         if key == DATA_FILE {
             return Ok((fields, lines.position()));
