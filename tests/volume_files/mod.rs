@@ -2,6 +2,7 @@
 
 #![allow(
     clippy::unwrap_used,
+    clippy::panic,
     dead_code,
     unreachable_pub,
     reason = "each test binary uses a part of it"
@@ -9,8 +10,10 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use tyndall::volume::ScalarType;
+use tempfile::TempDir;
+use tyndall::volume::{ReadOptions, ScalarType, read};
 
 /// How a payload is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -198,4 +201,43 @@ pub fn meta_type(t: ScalarType) -> &'static str {
         ScalarType::F32 => "MET_FLOAT",
         ScalarType::F64 => "MET_DOUBLE",
     }
+}
+
+/// Generous: hostile files take milliseconds.
+pub const WATCHDOG: Duration = Duration::from_secs(10);
+
+/// The message of the error that reading `path` must give, soon.
+pub fn error_with(path: &Path, options: &ReadOptions) -> String {
+    let start = Instant::now();
+    let result = read(path, options, &mut |_, _| {});
+    assert!(start.elapsed() < WATCHDOG, "took {:?}", start.elapsed());
+    let message = result.err().unwrap_or_else(|| panic!("{path:?} was read"));
+    message.to_string()
+}
+
+/// Reads `parts` as a file `name`, expects an error that names the file and has all `words`.
+#[track_caller]
+pub fn refused(name: &str, parts: &[&[u8]], words: &[&str]) {
+    let dir = TempDir::new().unwrap();
+    let path = write(dir.path(), name, parts);
+    let message = error_with(&path, &ReadOptions::default());
+    assert!(message.contains(name), "names no file: {message}");
+    for word in words {
+        assert!(message.contains(word), "no {word:?} in: {message}");
+    }
+}
+
+/// An attached NRRD header.
+pub fn nrrd(fields: &str) -> String {
+    format!("NRRD0004\n{fields}\n\n")
+}
+
+/// A MetaImage header of 3 × 4 × 5 voxels of i16, with `fields` added.
+pub fn good_meta(fields: &str, data: &str) -> String {
+    format!(
+        "ObjectType = Image\nNDims = 3\nBinaryDataByteOrderMSB = False\n{fields}\n\
+         TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 1 2 3\nAnatomicalOrientation = RAI\n\
+         ElementSpacing = 1 1 2.5\nDimSize = 3 4 5\nElementType = MET_SHORT\n\
+         ElementDataFile = {data}\n"
+    )
 }
