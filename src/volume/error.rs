@@ -46,6 +46,15 @@ pub enum VolumeError {
 }
 
 impl VolumeError {
+    /// A [`VolumeError::Io`].
+    pub fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
+        Self::Io {
+            path: path.to_owned(),
+            action,
+            source,
+        }
+    }
+
     /// A [`VolumeError::Field`].
     pub fn field(
         path: &Path,

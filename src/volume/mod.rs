@@ -2,6 +2,7 @@
 
 mod error;
 mod grid;
+mod header_text;
 mod meta_image;
 mod nifti;
 mod nrrd;
@@ -9,6 +10,7 @@ mod payload;
 pub mod procedural;
 mod raw;
 mod read;
+mod source;
 mod statistics;
 mod voxels;
 
