@@ -1,7 +1,31 @@
 //! From linear radiance to files.
+//!
+//! | format | holds | module |
+//! |---|---|---|
+//! | EXR | the radiance itself, 32-bit float, nothing lost | [`exr`] |
+//! | PNG | what a display shows: exposed, tone-mapped, sRGB | [`png`] |
+//! | JSON | settings, times, bytes, device | [`json`] |
+//!
+//! Every file goes through [`atomic`]: it is there whole, or it is not there.
 
-/// temp
-pub struct Image { /// w
- pub width: u32, /// h
- pub height: u32, /// p
- pub pixels: Vec<[f32;4]> }
+pub mod atomic;
+pub mod difference;
+mod error;
+pub mod exr;
+mod image;
+pub mod json;
+pub mod png;
+pub mod tone_map;
+
+pub use error::OutputError;
+pub use image::{Display, Image, MAX_PIXELS};
+
+use std::collections::BTreeMap;
+
+/// What a picture says about itself: `scene`, `technique`, `device`, `driver` and their texts.
+///
+/// Keys are short lower-case ASCII words (the formats allow 1 to 79 bytes); values are any UTF-8.
+pub type Metadata = BTreeMap<String, String>;
+
+/// Name and version of this program as the files state it.
+pub const SOFTWARE: &str = concat!("Tyndall ", env!("CARGO_PKG_VERSION"));
