@@ -10,8 +10,10 @@
 //!
 //! `unsafe` code and raw Vulkan stay inside [`gpu`].
 
+pub mod cli;
 pub mod gpu;
 pub mod output;
 pub mod scene;
+pub mod shaders;
 pub mod technique;
 pub mod volume;

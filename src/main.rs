@@ -1,1 +1,7 @@
-fn main() {}
+//! The `tyndall` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    tyndall::cli::main()
+}

@@ -30,7 +30,9 @@ impl Shared {
             reason,
         };
         let mut guard = self.allocator.lock().map_err(|e| fail(e.to_string()))?;
-        let allocator = guard.as_mut().ok_or_else(|| fail("device is closing".to_owned()))?;
+        let allocator = guard
+            .as_mut()
+            .ok_or_else(|| fail("device is closing".to_owned()))?;
         allocator
             .allocate(&AllocationCreateDesc {
                 name,

@@ -37,16 +37,26 @@ impl Access {
         use vk::{AccessFlags2 as Mask, ImageLayout as Layout, PipelineStageFlags2 as Stage};
         let (stage, mask, layout) = match self {
             Self::Undefined => (Stage::NONE, Mask::NONE, Layout::UNDEFINED),
-            Self::CopyWrite => (Stage::COPY, Mask::TRANSFER_WRITE, Layout::TRANSFER_DST_OPTIMAL),
-            Self::CopyRead => (Stage::COPY, Mask::TRANSFER_READ, Layout::TRANSFER_SRC_OPTIMAL),
+            Self::CopyWrite => (
+                Stage::COPY,
+                Mask::TRANSFER_WRITE,
+                Layout::TRANSFER_DST_OPTIMAL,
+            ),
+            Self::CopyRead => (
+                Stage::COPY,
+                Mask::TRANSFER_READ,
+                Layout::TRANSFER_SRC_OPTIMAL,
+            ),
             Self::ComputeSampled => (
                 Stage::COMPUTE_SHADER,
                 Mask::SHADER_SAMPLED_READ,
                 Layout::SHADER_READ_ONLY_OPTIMAL,
             ),
-            Self::ComputeWrite => {
-                (Stage::COMPUTE_SHADER, Mask::SHADER_STORAGE_WRITE, Layout::GENERAL)
-            }
+            Self::ComputeWrite => (
+                Stage::COMPUTE_SHADER,
+                Mask::SHADER_STORAGE_WRITE,
+                Layout::GENERAL,
+            ),
             Self::ComputeReadWrite => (
                 Stage::COMPUTE_SHADER,
                 Mask::from_raw(
@@ -56,6 +66,10 @@ impl Access {
             ),
             Self::HostRead => (Stage::HOST, Mask::HOST_READ, Layout::GENERAL),
         };
-        Scope { stage, mask, layout }
+        Scope {
+            stage,
+            mask,
+            layout,
+        }
     }
 }

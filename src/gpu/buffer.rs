@@ -34,25 +34,41 @@ impl Buffer {
     ///
     /// # Errors
     /// The driver's refusal, or no memory.
-    pub fn new(device: &Device, name: &str, bytes: u64, usage: BufferUse) -> Result<Self, GpuError> {
+    pub fn new(
+        device: &Device,
+        name: &str,
+        bytes: u64,
+        usage: BufferUse,
+    ) -> Result<Self, GpuError> {
         use vk::BufferUsageFlags as Usage;
         let (flags, location) = match usage {
             BufferUse::Upload => (Usage::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (Usage::TRANSFER_DST, MemoryLocation::GpuToCpu),
             BufferUse::Uniform => (Usage::UNIFORM_BUFFER, MemoryLocation::CpuToGpu),
         };
-        let info = vk::BufferCreateInfo::default().size(bytes.max(4)).usage(flags);
+        let info = vk::BufferCreateInfo::default()
+            .size(bytes.max(4))
+            .usage(flags);
         let shared = &device.shared;
         // SAFETY: a live device; the memory is bound before any use.
-        let raw = unsafe { shared.raw.create_buffer(&info, None) }.context("vkCreateBuffer", name)?;
+        let raw =
+            unsafe { shared.raw.create_buffer(&info, None) }.context("vkCreateBuffer", name)?;
         shared.name(raw, name);
-        let mut buffer =
-            Self { device: device.clone(), raw, allocation: Mutex::new(None), bytes };
+        let mut buffer = Self {
+            device: device.clone(),
+            raw,
+            allocation: Mutex::new(None),
+            bytes,
+        };
         // SAFETY: `raw` was just created by this device.
         let requirements = unsafe { shared.raw.get_buffer_memory_requirements(raw) };
         let allocation = shared.allocate(name, requirements, location, true)?;
         // SAFETY: the memory fits the requirements and is bound once.
-        let bound = unsafe { shared.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+        let bound = unsafe {
+            shared
+                .raw
+                .bind_buffer_memory(raw, allocation.memory(), allocation.offset())
+        };
         buffer.allocation = Mutex::new(Some(allocation));
         bound.context("vkBindBufferMemory", name)?;
         Ok(buffer)
@@ -67,9 +83,17 @@ impl Buffer {
     /// Lets `use_bytes` read or write the host's view of the buffer. No submission is in flight
     /// then: each is waited for.
     pub fn with_bytes<R>(&self, use_bytes: impl FnOnce(&mut [u8]) -> R) -> R {
-        let mut guard = self.allocation.lock().unwrap_or_else(PoisonError::into_inner);
-        let bytes = guard.as_mut().and_then(Allocation::mapped_slice_mut).unwrap_or(&mut []);
-        let length = bytes.len().min(usize::try_from(self.bytes).unwrap_or(usize::MAX));
+        let mut guard = self
+            .allocation
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let bytes = guard
+            .as_mut()
+            .and_then(Allocation::mapped_slice_mut)
+            .unwrap_or(&mut []);
+        let length = bytes
+            .len()
+            .min(usize::try_from(self.bytes).unwrap_or(usize::MAX));
         use_bytes(&mut bytes[..length])
     }
 }
@@ -78,7 +102,11 @@ impl Drop for Buffer {
     fn drop(&mut self) {
         // SAFETY: submissions are waited for, so the device does not use the buffer any more.
         unsafe { self.device.shared.raw.destroy_buffer(self.raw, None) };
-        let allocation = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        let allocation = self
+            .allocation
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
         if let Some(allocation) = allocation {
             self.device.shared.free(allocation);
         }

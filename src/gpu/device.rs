@@ -57,8 +57,8 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(physical.queue_family)
             .queue_priorities(&priorities)];
-        let features = vk::PhysicalDeviceFeatures::default()
-            .shader_storage_image_write_without_format(true);
+        let features =
+            vk::PhysicalDeviceFeatures::default().shader_storage_image_write_without_format(true);
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .maintenance4(true);
@@ -81,8 +81,9 @@ impl Device {
         });
         // SAFETY: the queue was asked for above.
         let queue = unsafe { raw.get_device_queue(physical.queue_family, 0) };
-        let debug_utils =
-            instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let debug_utils = instance
+            .debug_utils
+            .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         // From here on `Shared::drop` unwinds whatever exists.
         let mut shared = Shared {
             allocator: Mutex::new(None),
@@ -101,8 +102,14 @@ impl Device {
             reason: e.to_string(),
         })?;
         shared.allocator = Mutex::new(Some(allocator));
-        shared.cache = Some(PipelineCache::new(&shared.raw, &shared.info.cache_key, cache_folder)?);
-        Ok(Self { shared: Arc::new(shared) })
+        shared.cache = Some(PipelineCache::new(
+            &shared.raw,
+            &shared.info.cache_key,
+            cache_folder,
+        )?);
+        Ok(Self {
+            shared: Arc::new(shared),
+        })
     }
 
     /// What the device is and can do.
@@ -117,19 +124,28 @@ impl Device {
     /// [`GpuError::Validation`].
     pub fn check_validation(&self) -> Result<(), GpuError> {
         let messages = self.shared.instance.take_messages();
-        if messages.is_empty() { Ok(()) } else { Err(GpuError::Validation(messages)) }
+        if messages.is_empty() {
+            Ok(())
+        } else {
+            Err(GpuError::Validation(messages))
+        }
     }
 
     /// Device memory in use: one entry for every live buffer and image.
     #[must_use]
     pub fn live_allocations(&self) -> Vec<LiveAllocation> {
-        let Ok(guard) = self.shared.allocator.lock() else { return Vec::new() };
+        let Ok(guard) = self.shared.allocator.lock() else {
+            return Vec::new();
+        };
         guard.as_ref().map_or_else(Vec::new, |allocator| {
             allocator
                 .generate_report()
                 .allocations
                 .into_iter()
-                .map(|a| LiveAllocation { name: a.name, bytes: a.size })
+                .map(|a| LiveAllocation {
+                    name: a.name,
+                    bytes: a.size,
+                })
                 .collect()
         })
     }
@@ -138,7 +154,9 @@ impl Device {
     /// synchronization validation sees a missing one.
     #[doc(hidden)]
     pub fn omit_barrier(&self, index: Option<usize>) {
-        self.shared.omitted_barrier.store(index.unwrap_or(usize::MAX), Ordering::Relaxed);
+        self.shared
+            .omitted_barrier
+            .store(index.unwrap_or(usize::MAX), Ordering::Relaxed);
     }
 
     /// Writes the pipeline cache to disk; a failure only costs time at the next start.
@@ -152,9 +170,15 @@ impl Device {
 impl Shared {
     /// Gives a Vulkan object its name in validation messages and captures.
     pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
-        let Some(debug_utils) = &self.debug_utils else { return };
-        let Ok(name) = std::ffi::CString::new(name) else { return };
-        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        let Some(debug_utils) = &self.debug_utils else {
+            return;
+        };
+        let Ok(name) = std::ffi::CString::new(name) else {
+            return;
+        };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default()
+            .object_handle(object)
+            .object_name(&name);
         // SAFETY: `object` was made by this device. A failure only loses a name.
         let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
     }

@@ -65,6 +65,10 @@ pub(super) trait Context<T> {
 
 impl<T> Context<T> for Result<T, vk::Result> {
     fn context(self, call: &'static str, object: &str) -> Result<T, GpuError> {
-        self.map_err(|result| GpuError::Call { call, object: object.to_owned(), result })
+        self.map_err(|result| GpuError::Call {
+            call,
+            object: object.to_owned(),
+            result,
+        })
     }
 }

@@ -40,7 +40,11 @@ impl Image {
         let info = vk::ImageCreateInfo::default()
             .image_type(desc.image_type)
             .format(desc.format)
-            .extent(vk::Extent3D { width: desc.extent.x, height: desc.extent.y, depth: desc.extent.z })
+            .extent(vk::Extent3D {
+                width: desc.extent.x,
+                height: desc.extent.y,
+                depth: desc.extent.z,
+            })
             .mip_levels(1)
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
@@ -62,7 +66,11 @@ impl Image {
         let requirements = unsafe { shared.raw.get_image_memory_requirements(raw) };
         let allocation = shared.allocate(name, requirements, MemoryLocation::GpuOnly, false)?;
         // SAFETY: the memory fits the requirements and is bound once.
-        let bound = unsafe { shared.raw.bind_image_memory(raw, allocation.memory(), allocation.offset()) };
+        let bound = unsafe {
+            shared
+                .raw
+                .bind_image_memory(raw, allocation.memory(), allocation.offset())
+        };
         image.allocation = Some(allocation);
         bound.context("vkBindImageMemory", name)?;
         image.view = image.create_view()?;

@@ -39,17 +39,19 @@ impl Instance {
     /// No loader, no validation layer (when asked for), or the driver's refusal.
     pub fn new(validation: Validation) -> Result<Self, GpuError> {
         // SAFETY: the system's Vulkan loader is trusted to be one.
-        let entry =
-            unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
         let layers = Self::layers(&entry, validation)?;
         let debug_utils = validation == Validation::On || has_debug_utils(&entry);
-        let extensions: Vec<_> =
-            debug_utils.then(|| ext::debug_utils::NAME.as_ptr()).into_iter().collect();
+        let extensions: Vec<_> = debug_utils
+            .then(|| ext::debug_utils::NAME.as_ptr())
+            .into_iter()
+            .collect();
         let application = vk::ApplicationInfo::default()
             .application_name(c"tyndall")
             .api_version(vk::API_VERSION_1_3);
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let mut features =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
         let mut info = vk::InstanceCreateInfo::default()
             .application_info(&application)
             .enabled_layer_names(&layers)
@@ -58,7 +60,8 @@ impl Instance {
             info = info.push_next(&mut features);
         }
         // SAFETY: every pointer in `info` lives until the call returns.
-        let raw = unsafe { entry.create_instance(&info, None) }.context("vkCreateInstance", "tyndall")?;
+        let raw =
+            unsafe { entry.create_instance(&info, None) }.context("vkCreateInstance", "tyndall")?;
         let mut instance = Self {
             entry,
             raw,
@@ -105,14 +108,18 @@ impl Instance {
     /// Takes the validation messages gathered since the last call.
     #[must_use]
     pub fn take_messages(&self) -> Vec<String> {
-        self.messages.lock().map(|mut m| std::mem::take(&mut *m)).unwrap_or_default()
+        self.messages
+            .lock()
+            .map(|mut m| std::mem::take(&mut *m))
+            .unwrap_or_default()
     }
 }
 
 fn has_debug_utils(entry: &ash::Entry) -> bool {
     // SAFETY: `entry` is a loaded Vulkan library.
     unsafe { entry.enumerate_instance_extension_properties(None) }.is_ok_and(|list| {
-        list.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME))
+        list.iter()
+            .any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME))
     })
 }
 

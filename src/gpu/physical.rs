@@ -85,14 +85,22 @@ impl Instance {
     /// # Errors
     /// The loader's refusal.
     pub fn devices(&self) -> Result<Vec<DeviceInfo>, GpuError> {
-        Ok(self.physical_devices()?.into_iter().map(|p| p.info).collect())
+        Ok(self
+            .physical_devices()?
+            .into_iter()
+            .map(|p| p.info)
+            .collect())
     }
 
     pub(super) fn physical_devices(&self) -> Result<Vec<Physical>, GpuError> {
         // SAFETY: `self.raw` is a live instance.
         let list = unsafe { self.raw.enumerate_physical_devices() }
             .context("vkEnumeratePhysicalDevices", "tyndall")?;
-        Ok(list.into_iter().enumerate().map(|(i, raw)| self.describe(i, raw)).collect())
+        Ok(list
+            .into_iter()
+            .enumerate()
+            .map(|(i, raw)| self.describe(i, raw))
+            .collect())
     }
 
     /// The device the user named (index or part of the name), else the best usable one:
@@ -115,22 +123,35 @@ impl Instance {
             if devices.is_empty() {
                 return Err(GpuError::UnknownDevice {
                     wanted: wanted.to_owned(),
-                    available: if listing.is_empty() { "none".to_owned() } else { listing },
+                    available: if listing.is_empty() {
+                        "none".to_owned()
+                    } else {
+                        listing
+                    },
                 });
             }
         }
         let reasons: Vec<_> = devices
             .iter()
-            .filter_map(|d| d.info.unusable.as_ref().map(|why| format!("{}: {why}", d.info.name)))
+            .filter_map(|d| {
+                d.info
+                    .unusable
+                    .as_ref()
+                    .map(|why| format!("{}: {why}", d.info.name))
+            })
             .collect();
         devices.retain(|d| d.info.unusable.is_none());
-        devices.into_iter().min_by_key(|d| d.info.kind).ok_or_else(|| {
-            GpuError::NoDevice(if reasons.is_empty() {
-                "the loader finds no driver; on Debian: apt-get install mesa-vulkan-drivers".to_owned()
-            } else {
-                reasons.join("; ")
+        devices
+            .into_iter()
+            .min_by_key(|d| d.info.kind)
+            .ok_or_else(|| {
+                GpuError::NoDevice(if reasons.is_empty() {
+                    "the loader finds no driver; on Debian: apt-get install mesa-vulkan-drivers"
+                        .to_owned()
+                } else {
+                    reasons.join("; ")
+                })
             })
-        })
     }
 
     fn describe(&self, index: usize, raw: vk::PhysicalDevice) -> Physical {
@@ -142,10 +163,15 @@ impl Instance {
         // the loader emulates `vkGetPhysicalDeviceProperties2` for older ones.
         let core = unsafe { self.raw.get_physical_device_properties(raw) };
         if core.api_version >= vk::API_VERSION_1_2 {
-            properties =
-                properties.push_next(&mut driver).push_next(&mut v11).push_next(&mut maintenance3);
+            properties = properties
+                .push_next(&mut driver)
+                .push_next(&mut v11)
+                .push_next(&mut maintenance3);
             // SAFETY: as above.
-            unsafe { self.raw.get_physical_device_properties2(raw, &mut properties) };
+            unsafe {
+                self.raw
+                    .get_physical_device_properties2(raw, &mut properties)
+            };
         }
         let text = |c: Result<&std::ffi::CStr, _>| {
             c.map_or_else(|_| String::new(), |c| c.to_string_lossy().into_owned())
@@ -176,7 +202,11 @@ impl Instance {
                 vk::api_version_patch(version)
             ),
             limits,
-            timestamp_period_ns: if timestamps { core.limits.timestamp_period } else { 0.0 },
+            timestamp_period_ns: if timestamps {
+                core.limits.timestamp_period
+            } else {
+                0.0
+            },
             subgroup_size: v11.subgroup_size,
             unusable,
             cache_key: core
@@ -185,7 +215,11 @@ impl Instance {
                 .map(|b| format!("{b:02x}"))
                 .collect::<String>(),
         };
-        Physical { raw, queue_family, info }
+        Physical {
+            raw,
+            queue_family,
+            info,
+        }
     }
 
     fn unusable(
@@ -227,7 +261,11 @@ impl Instance {
         let core = &properties.limits;
         let cpu = kind(properties.device_type) == DeviceKind::Cpu;
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        let worker_threads = if cpu { u32::try_from(threads).unwrap_or(1) } else { 1 };
+        let worker_threads = if cpu {
+            u32::try_from(threads).unwrap_or(1)
+        } else {
+            1
+        };
         // SAFETY: `raw` comes from this instance.
         let memory = unsafe { self.raw.get_physical_device_memory_properties(raw) };
         let heap_bytes = memory
@@ -247,7 +285,11 @@ impl Instance {
             max_image_3d: core.max_image_dimension3_d,
             max_image_2d: core.max_image_dimension2_d,
             max_image_1d: core.max_image_dimension1_d,
-            max_allocation: if max_allocation == 0 { 1 << 30 } else { max_allocation },
+            max_allocation: if max_allocation == 0 {
+                1 << 30
+            } else {
+                max_allocation
+            },
             heap_bytes,
             worker_threads,
             linear_r16_unorm: linear(vk::Format::R16_UNORM),
@@ -260,9 +302,13 @@ impl Instance {
 /// A family with compute, graphics too if possible (those have timestamps everywhere).
 fn compute_family(families: &[vk::QueueFamilyProperties]) -> Option<u32> {
     let with = |flags: vk::QueueFlags| {
-        families.iter().position(|f| f.queue_flags.contains(flags)).and_then(|i| u32::try_from(i).ok())
+        families
+            .iter()
+            .position(|f| f.queue_flags.contains(flags))
+            .and_then(|i| u32::try_from(i).ok())
     };
-    with(vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS).or_else(|| with(vk::QueueFlags::COMPUTE))
+    with(vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS)
+        .or_else(|| with(vk::QueueFlags::COMPUTE))
 }
 
 fn kind(device_type: vk::PhysicalDeviceType) -> DeviceKind {

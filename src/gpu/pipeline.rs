@@ -154,7 +154,11 @@ impl ComputePipeline {
             .context("vkCreateShaderModule", name)?;
         let entries: Vec<_> = (0u32..)
             .zip(specialization)
-            .map(|(i, s)| vk::SpecializationMapEntry { constant_id: s.id, offset: 4 * i, size: 4 })
+            .map(|(i, s)| vk::SpecializationMapEntry {
+                constant_id: s.id,
+                offset: 4 * i,
+                size: 4,
+            })
             .collect();
         let values: Vec<u32> = specialization.iter().map(|s| s.value).collect();
         let constants = vk::SpecializationInfo::default()
@@ -165,13 +169,20 @@ impl ComputePipeline {
             .module(module)
             .name(c"main")
             .specialization_info(&constants);
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.pipeline_layout);
-        let cache = shared.cache.as_ref().map_or(vk::PipelineCache::null(), |c| c.raw);
+        let info = vk::ComputePipelineCreateInfo::default()
+            .stage(stage)
+            .layout(self.pipeline_layout);
+        let cache = shared
+            .cache
+            .as_ref()
+            .map_or(vk::PipelineCache::null(), |c| c.raw);
         // SAFETY: every pointer in `info` lives until the call returns.
         let made = unsafe { shared.raw.create_compute_pipelines(cache, &[info], None) };
         // SAFETY: pipelines do not need their module once made.
         unsafe { shared.raw.destroy_shader_module(module, None) };
-        let pipelines = made.map_err(|(_, result)| result).context("vkCreateComputePipelines", name)?;
+        let pipelines = made
+            .map_err(|(_, result)| result)
+            .context("vkCreateComputePipelines", name)?;
         self.raw = pipelines.first().copied().unwrap_or_default();
         shared.name(self.raw, name);
         Ok(())
@@ -204,10 +215,15 @@ impl ComputePipeline {
         }
         let sizes: Vec<_> = found
             .iter()
-            .map(|k| vk::DescriptorPoolSize { ty: k.descriptor_type(), descriptor_count: 1 })
+            .map(|k| vk::DescriptorPoolSize {
+                ty: k.descriptor_type(),
+                descriptor_count: 1,
+            })
             .collect();
         let raw = &self.device.shared.raw;
-        let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(1)
+            .pool_sizes(&sizes);
         // SAFETY: a live device; `Binding` destroys the pool.
         let pool = unsafe { raw.create_descriptor_pool(&info, None) }
             .context("vkCreateDescriptorPool", name)?;
@@ -218,7 +234,9 @@ impl ComputePipeline {
             resources,
         };
         let layouts = [self.set_layout];
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(pool)
+            .set_layouts(&layouts);
         // SAFETY: the pool has room for exactly this set.
         let sets = unsafe { raw.allocate_descriptor_sets(&info) }
             .context("vkAllocateDescriptorSets", name)?;
@@ -236,7 +254,10 @@ impl Binding {
                 .dst_binding(binding)
                 .descriptor_type(resource.kind().descriptor_type());
             let image = |view, sampler, layout| {
-                [vk::DescriptorImageInfo::default().image_view(view).sampler(sampler).image_layout(layout)]
+                [vk::DescriptorImageInfo::default()
+                    .image_view(view)
+                    .sampler(sampler)
+                    .image_layout(layout)]
             };
             // SAFETY: the set was allocated with this layout, is in no submission, and `resources`
             // keeps what it refers to alive.
@@ -251,7 +272,9 @@ impl Binding {
                     update(write.image_info(&info));
                 }
                 Resource::Uniform(b) => {
-                    let info = [vk::DescriptorBufferInfo::default().buffer(b.raw).range(vk::WHOLE_SIZE)];
+                    let info = [vk::DescriptorBufferInfo::default()
+                        .buffer(b.raw)
+                        .range(vk::WHOLE_SIZE)];
                     update(write.buffer_info(&info));
                 }
             }
@@ -262,7 +285,12 @@ impl Binding {
 impl Drop for Binding {
     fn drop(&mut self) {
         // SAFETY: submissions are waited for, so the device does not use the set any more.
-        unsafe { self.device.shared.raw.destroy_descriptor_pool(self.pool, None) };
+        unsafe {
+            self.device
+                .shared
+                .raw
+                .destroy_descriptor_pool(self.pool, None)
+        };
     }
 }
 

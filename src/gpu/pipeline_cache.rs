@@ -26,7 +26,10 @@ impl PipelineCache {
         folder: Option<PathBuf>,
     ) -> Result<Self, GpuError> {
         let file = folder.map(|f| f.join(format!("pipelines-{key}.bin")));
-        let data = file.as_ref().and_then(|f| std::fs::read(f).ok()).unwrap_or_default();
+        let data = file
+            .as_ref()
+            .and_then(|f| std::fs::read(f).ok())
+            .unwrap_or_default();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
         // SAFETY: `data` lives until the call returns.
         let raw = unsafe { device.create_pipeline_cache(&info, None) }
@@ -38,7 +41,9 @@ impl PipelineCache {
     pub(super) fn save(&self, device: &ash::Device) {
         let Some(file) = &self.file else { return };
         // SAFETY: `raw` belongs to `device`.
-        let Ok(data) = (unsafe { device.get_pipeline_cache_data(self.raw) }) else { return };
+        let Ok(data) = (unsafe { device.get_pipeline_cache_data(self.raw) }) else {
+            return;
+        };
         let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
         let written = file
             .parent()

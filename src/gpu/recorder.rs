@@ -67,18 +67,26 @@ impl<'a> Recorder<'a> {
             .query_count(2 * MAX_STAGES);
         // SAFETY: a live device; `self` destroys whatever has been made, also on failure.
         unsafe {
-            self.pool = raw.create_command_pool(&pool, None).context("vkCreateCommandPool", "frame")?;
-            self.queries = raw.create_query_pool(&queries, None).context("vkCreateQueryPool", "frame")?;
+            self.pool = raw
+                .create_command_pool(&pool, None)
+                .context("vkCreateCommandPool", "frame")?;
+            self.queries = raw
+                .create_query_pool(&queries, None)
+                .context("vkCreateQueryPool", "frame")?;
             self.fence = raw
                 .create_fence(&vk::FenceCreateInfo::default(), None)
                 .context("vkCreateFence", "frame")?;
-            let info =
-                vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
-            let list = raw.allocate_command_buffers(&info).context("vkAllocateCommandBuffers", "frame")?;
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(self.pool)
+                .command_buffer_count(1);
+            let list = raw
+                .allocate_command_buffers(&info)
+                .context("vkAllocateCommandBuffers", "frame")?;
             self.cmd = list.first().copied().unwrap_or_default();
             let begin = vk::CommandBufferBeginInfo::default()
                 .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-            raw.begin_command_buffer(self.cmd, &begin).context("vkBeginCommandBuffer", "frame")?;
+            raw.begin_command_buffer(self.cmd, &begin)
+                .context("vkBeginCommandBuffer", "frame")?;
             raw.cmd_reset_query_pool(self.cmd, self.queries, 0, 2 * MAX_STAGES);
         }
         Ok(())
@@ -111,11 +119,18 @@ impl<'a> Recorder<'a> {
 
     fn timestamp(&self, stage: vk::PipelineStageFlags2, query: u32) {
         // SAFETY: the query was reset at the beginning and is written once.
-        unsafe { self.device.shared.raw.cmd_write_timestamp2(self.cmd, stage, self.queries, query) };
+        unsafe {
+            self.device
+                .shared
+                .raw
+                .cmd_write_timestamp2(self.cmd, stage, self.queries, query)
+        };
     }
 
     fn label(&self, name: Option<&str>) {
-        let Some(debug_utils) = &self.device.shared.debug_utils else { return };
+        let Some(debug_utils) = &self.device.shared.debug_utils else {
+            return;
+        };
         // SAFETY: the command buffer is being recorded; labels are strictly nested.
         unsafe {
             match name.map(CString::new) {
@@ -145,7 +160,14 @@ impl<'a> Recorder<'a> {
         // `Binding` owns its resources); the layouts match by construction.
         unsafe {
             raw.cmd_bind_pipeline(self.cmd, point, pipeline.raw);
-            raw.cmd_bind_descriptor_sets(self.cmd, point, pipeline.pipeline_layout, 0, &[binding.set], &[]);
+            raw.cmd_bind_descriptor_sets(
+                self.cmd,
+                point,
+                pipeline.pipeline_layout,
+                0,
+                &[binding.set],
+                &[],
+            );
             if !push.is_empty() {
                 let stage = vk::ShaderStageFlags::COMPUTE;
                 raw.cmd_push_constants(self.cmd, pipeline.pipeline_layout, stage, 0, push);
@@ -196,12 +218,21 @@ impl<'a> Recorder<'a> {
     }
 
     /// Copies tightly packed texels from `buffer` to `extent` texels at `offset` of an image.
-    pub fn copy_to_image(&mut self, buffer: &'a Buffer, image: &'a Image, offset: UVec3, extent: UVec3) {
+    pub fn copy_to_image(
+        &mut self,
+        buffer: &'a Buffer,
+        image: &'a Image,
+        offset: UVec3,
+        extent: UVec3,
+    ) {
         let copy = [copy_region(offset, extent)];
         let layout = Access::CopyWrite.scope().layout;
         // SAFETY: as in `dispatch`; callers size the buffer for the region.
         unsafe {
-            self.device.shared.raw.cmd_copy_buffer_to_image(self.cmd, buffer.raw, image.raw, layout, &copy);
+            self.device
+                .shared
+                .raw
+                .cmd_copy_buffer_to_image(self.cmd, buffer.raw, image.raw, layout, &copy);
         }
     }
 
@@ -211,7 +242,10 @@ impl<'a> Recorder<'a> {
         let layout = Access::CopyRead.scope().layout;
         // SAFETY: as in `dispatch`; callers size the buffer for the image.
         unsafe {
-            self.device.shared.raw.cmd_copy_image_to_buffer(self.cmd, image.raw, layout, buffer.raw, &copy);
+            self.device
+                .shared
+                .raw
+                .cmd_copy_image_to_buffer(self.cmd, image.raw, layout, buffer.raw, &copy);
         }
     }
 
@@ -232,12 +266,18 @@ impl<'a> Recorder<'a> {
         let submits = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         // SAFETY: everything recorded lives (`'a`); the queue is locked for the submission.
         unsafe {
-            raw.end_command_buffer(self.cmd).context("vkEndCommandBuffer", "frame")?;
+            raw.end_command_buffer(self.cmd)
+                .context("vkEndCommandBuffer", "frame")?;
             {
-                let queue = shared.queue.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                raw.queue_submit2(*queue, &submits, self.fence).context("vkQueueSubmit2", "frame")?;
+                let queue = shared
+                    .queue
+                    .lock()
+                    .unwrap_or_else(std::sync::PoisonError::into_inner);
+                raw.queue_submit2(*queue, &submits, self.fence)
+                    .context("vkQueueSubmit2", "frame")?;
             }
-            raw.wait_for_fences(&[self.fence], true, u64::MAX).context("vkWaitForFences", "frame")?;
+            raw.wait_for_fences(&[self.fence], true, u64::MAX)
+                .context("vkWaitForFences", "frame")?;
         }
         let times = self.times()?;
         self.device.check_validation()?;
@@ -246,19 +286,35 @@ impl<'a> Recorder<'a> {
 
     fn times(&self) -> Result<Vec<StageTime>, GpuError> {
         let period = f64::from(self.device.info().timestamp_period_ns) * 1e-9;
-        let timed = if period > 0.0 { self.stages.len().min(MAX_STAGES as usize) } else { 0 };
+        let timed = if period > 0.0 {
+            self.stages.len().min(MAX_STAGES as usize)
+        } else {
+            0
+        };
         let mut ticks = vec![0u64; 2 * timed];
         if timed > 0 {
             let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
             // SAFETY: the submission is complete and wrote these queries.
-            unsafe { self.device.shared.raw.get_query_pool_results(self.queries, 0, &mut ticks, flags) }
-                .context("vkGetQueryPoolResults", "frame")?;
+            unsafe {
+                self.device
+                    .shared
+                    .raw
+                    .get_query_pool_results(self.queries, 0, &mut ticks, flags)
+            }
+            .context("vkGetQueryPoolResults", "frame")?;
         }
         let seconds = |i: usize| {
-            ticks.get(2 * i..2 * i + 2).map_or(0.0, |t| t[1].wrapping_sub(t[0]) as f64 * period)
+            ticks
+                .get(2 * i..2 * i + 2)
+                .map_or(0.0, |t| t[1].wrapping_sub(t[0]) as f64 * period)
         };
         let named = self.stages.iter().enumerate();
-        Ok(named.map(|(i, name)| StageTime { name: name.clone(), seconds: seconds(i) }).collect())
+        Ok(named
+            .map(|(i, name)| StageTime {
+                name: name.clone(),
+                seconds: seconds(i),
+            })
+            .collect())
     }
 }
 
@@ -271,8 +327,16 @@ fn copy_region(offset: UVec3, extent: UVec3) -> vk::BufferImageCopy {
             base_array_layer: 0,
             layer_count: 1,
         })
-        .image_offset(vk::Offset3D { x: signed.x, y: signed.y, z: signed.z })
-        .image_extent(vk::Extent3D { width: extent.x, height: extent.y, depth: extent.z })
+        .image_offset(vk::Offset3D {
+            x: signed.x,
+            y: signed.y,
+            z: signed.z,
+        })
+        .image_extent(vk::Extent3D {
+            width: extent.x,
+            height: extent.y,
+            depth: extent.z,
+        })
 }
 
 impl Drop for Recorder<'_> {

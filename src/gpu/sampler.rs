@@ -37,7 +37,10 @@ impl Sampler {
         let raw = unsafe { device.shared.raw.create_sampler(&info, None) }
             .context("vkCreateSampler", name)?;
         device.shared.name(raw, name);
-        Ok(Self { device: device.clone(), raw })
+        Ok(Self {
+            device: device.clone(),
+            raw,
+        })
     }
 }
 

@@ -80,6 +80,9 @@ impl Shader {
     }
 
     fn error(&self, message: &str) -> GpuError {
-        GpuError::Shader { name: self.name.to_owned(), message: message.to_owned() }
+        GpuError::Shader {
+            name: self.name.to_owned(),
+            message: message.to_owned(),
+        }
     }
 }

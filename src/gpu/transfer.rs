@@ -28,7 +28,12 @@ pub fn upload_image(
     let slices = u32::try_from((STAGING_BYTES / slice_bytes.max(1)).clamp(1, u64::from(extent.z)))
         .unwrap_or(1);
     let name = format!("{} staging", image.name());
-    let staging = Buffer::new(device, &name, slice_bytes * u64::from(slices), BufferUse::Upload)?;
+    let staging = Buffer::new(
+        device,
+        &name,
+        slice_bytes * u64::from(slices),
+        BufferUse::Upload,
+    )?;
     let total = slice_bytes * u64::from(extent.z);
     let mut seconds = 0.0;
     let mut z = 0;
@@ -46,7 +51,12 @@ pub fn upload_image(
             recorder.image_barrier(image, Access::Undefined, Access::CopyWrite);
         }
         recorder.copy_stage(stage, |r| {
-            r.copy_to_image(&staging, image, UVec3::new(0, 0, z), UVec3::new(extent.x, extent.y, count));
+            r.copy_to_image(
+                &staging,
+                image,
+                UVec3::new(0, 0, z),
+                UVec3::new(extent.x, extent.y, count),
+            );
         });
         z += count;
         if z == extent.z {
@@ -56,7 +66,10 @@ pub fn upload_image(
         seconds += recorder.submit()?.iter().map(|t| t.seconds).sum::<f64>();
         progress(u64::from(z) * slice_bytes, total);
     }
-    Ok(vec![StageTime { name: stage.to_owned(), seconds }])
+    Ok(vec![StageTime {
+        name: stage.to_owned(),
+        seconds,
+    }])
 }
 
 /// Copies a storage image, last written by a compute shader, to the host: tightly packed texels.

@@ -4,6 +4,7 @@ mod camera;
 mod clip;
 mod color;
 pub mod file;
+pub mod framing;
 mod light;
 mod medium;
 mod settings;

@@ -27,6 +27,18 @@ pub enum ToneMap {
     Filmic,
 }
 
+impl ToneMap {
+    /// The name used in scene files, on the command line and in metadata.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Clamp => "clamp",
+            Self::Reinhard => "reinhard",
+            Self::Filmic => "filmic",
+        }
+    }
+}
+
 /// Factor on radiance before the tone map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
@@ -126,6 +138,14 @@ pub enum TechniqueParams {
 }
 
 impl TechniqueParams {
+    /// The technique's name everywhere.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::RayMarch(_) => "ray_march",
+        }
+    }
+
     /// Whether the image depends on the scene's lights.
     #[must_use]
     pub const fn uses_lights(&self) -> bool {

@@ -91,7 +91,14 @@ impl Inputs {
     #[must_use]
     pub fn changed(old: &Scene, new: &Scene) -> Self {
         let (a, b) = (&old.medium, &new.medium);
-        let image = |s: &Scene| (s.image.width, s.image.height, s.image.samples_per_axis, s.image.background);
+        let image = |s: &Scene| {
+            (
+                s.image.width,
+                s.image.height,
+                s.image.samples_per_axis,
+                s.image.background,
+            )
+        };
         let differs = [
             (Input::Volume, !Arc::ptr_eq(&old.volume, &new.volume)),
             (

@@ -12,8 +12,9 @@ mod renderer;
 mod view;
 
 pub use inputs::{Input, Inputs};
+pub(crate) use plan::size;
 pub use plan::{Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan};
-pub use renderer::{FrameReport, RenderError, Renderer};
+pub use renderer::{FrameReport, Progress, RenderError, Renderer};
 pub use view::ViewUniform;
 
 use crate::gpu::Limits;

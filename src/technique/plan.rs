@@ -109,7 +109,11 @@ impl Plan {
     /// Bytes of all resources that live while rendering (staging not counted).
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.resources.iter().filter(|r| r.kind != ResourceKind::Staging).map(|r| r.bytes).sum()
+        self.resources
+            .iter()
+            .filter(|r| r.kind != ResourceKind::Staging)
+            .map(|r| r.bytes)
+            .sum()
     }
 
     /// Compares every resource, and all together, with what the device has, before any is created.
@@ -122,7 +126,10 @@ impl Plan {
                 return Err(PlanError::Limit {
                     what: r.name.to_owned(),
                     found: size(r.bytes),
-                    limit: format!("one allocation is limited to {}", size(limits.max_allocation)),
+                    limit: format!(
+                        "one allocation is limited to {}",
+                        size(limits.max_allocation)
+                    ),
                     fix: r.shrink.to_owned(),
                 });
             }
@@ -139,7 +146,11 @@ impl Plan {
             .map(|r| format!("{} {} ({})", r.name, size(r.bytes), r.shrink))
             .collect::<Vec<_>>()
             .join(", ");
-        Err(PlanError::Memory { needed: size(needed), available: size(limits.heap_bytes), largest })
+        Err(PlanError::Memory {
+            needed: size(needed),
+            available: size(limits.heap_bytes),
+            largest,
+        })
     }
 }
 
@@ -153,7 +164,11 @@ pub(crate) fn size(bytes: u64) -> String {
         value /= 1000.0;
         unit += 1;
     }
-    if unit == 0 { format!("{bytes} B") } else { format!("{value:.3} {}", UNITS[unit]) }
+    if unit == 0 {
+        format!("{bytes} B")
+    } else {
+        format!("{value:.3} {}", UNITS[unit])
+    }
 }
 
 fn format<S: serde::Serializer>(format: &Format, s: S) -> Result<S::Ok, S::Error> {
@@ -181,8 +196,11 @@ impl fmt::Display for Plan {
                 inputs.join(", ")
             )?;
             if !s.specialization.is_empty() {
-                let list: Vec<_> =
-                    s.specialization.iter().map(|c| format!("{} = {}", c.name, c.value)).collect();
+                let list: Vec<_> = s
+                    .specialization
+                    .iter()
+                    .map(|c| format!("{} = {}", c.name, c.value))
+                    .collect();
                 writeln!(f, "  {:<26} {}", "", list.join(", "))?;
             }
         }
@@ -199,7 +217,12 @@ impl fmt::Display for Plan {
                 r.extent.z
             )?;
         }
-        writeln!(f, "  {:<26} {:>10}", "total while rendering", size(self.bytes()))?;
+        writeln!(
+            f,
+            "  {:<26} {:>10}",
+            "total while rendering",
+            size(self.bytes())
+        )?;
         writeln!(f, "\nleft out")?;
         for o in &self.omitted {
             writeln!(f, "  {:<26} {}", o.what, o.why)?;

@@ -52,7 +52,13 @@ impl Renderer {
     pub fn new(device: &Device, scene: Scene) -> Result<Self, RenderError> {
         let plan = super::plan(&scene, &device.info().limits)?;
         plan.check(&device.info().limits)?;
-        Ok(Self { device: device.clone(), scene, plan, dirty: Inputs::ALL, technique: None })
+        Ok(Self {
+            device: device.clone(),
+            scene,
+            plan,
+            dirty: Inputs::ALL,
+            technique: None,
+        })
     }
 
     /// The plan of the current scene.
@@ -80,6 +86,11 @@ impl Renderer {
         Ok(())
     }
 
+    /// Makes the next frame run every stage that depends on `inputs`, as if they had changed.
+    pub const fn invalidate(&mut self, inputs: Inputs) {
+        self.dirty = self.dirty.union(inputs);
+    }
+
     /// Renders the scene and reads the image back.
     ///
     /// # Errors
@@ -90,10 +101,17 @@ impl Renderer {
         let plan = ray_march::plan(&self.scene, &params, &self.device.info().limits)?;
         let mut stages = self.prepare(&plan, &params, progress)?;
         if let Some(technique) = &self.technique {
-            if self.dirty.intersects(self.depends_on(ray_march::stage::MARCH)) {
-                stages.extend(ray_march::record_march(&self.device, technique, &mut |done, total| {
-                    progress("rendering", done, total);
-                })?);
+            if self
+                .dirty
+                .intersects(self.depends_on(ray_march::stage::MARCH))
+            {
+                stages.extend(ray_march::record_march(
+                    &self.device,
+                    technique,
+                    &mut |done, total| {
+                        progress("rendering", done, total);
+                    },
+                )?);
                 let (image, to) = (technique.radiance(), technique.read_back());
                 let stage = ray_march::stage::READ_BACK;
                 stages.extend(download_image(&self.device, image, to, stage)?);
@@ -102,7 +120,13 @@ impl Renderer {
         }
         self.dirty = Inputs::NONE;
         let image = self.image();
-        Ok((image, FrameReport { stages, wall_seconds: start.elapsed().as_secs_f64() }))
+        Ok((
+            image,
+            FrameReport {
+                stages,
+                wall_seconds: start.elapsed().as_secs_f64(),
+            },
+        ))
     }
 
     /// Brings resources, voxels, table and cells up to date.
@@ -114,7 +138,11 @@ impl Renderer {
     ) -> Result<Vec<StageTime>, RenderError> {
         // A new medium (other formats or sizes) holds nothing yet, whatever changed.
         let fits = |m: &MediumPlan| *m == plan.medium;
-        if !self.technique.as_ref().is_some_and(|t| fits(&t.medium.plan)) {
+        if !self
+            .technique
+            .as_ref()
+            .is_some_and(|t| fits(&t.medium.plan))
+        {
             self.dirty = self.dirty.union(Inputs::of(&[Input::Volume]));
         }
         let old = self.technique.take();
@@ -124,9 +152,11 @@ impl Renderer {
         let medium = &technique.medium;
         let mut stages = Vec::new();
         if self.dirty.contains(Input::Volume) {
-            stages.extend(medium.upload_volume(&self.scene.volume, &mut |done, total| {
-                progress("uploading", done, total);
-            })?);
+            stages.extend(
+                medium.upload_volume(&self.scene.volume, &mut |done, total| {
+                    progress("uploading", done, total);
+                })?,
+            );
             let mut recorder = Recorder::new(&self.device)?;
             medium::record_ranges(&mut recorder, medium);
             stages.extend(recorder.submit()?);
@@ -141,7 +171,11 @@ impl Renderer {
     }
 
     fn depends_on(&self, name: &str) -> Inputs {
-        self.plan.stages.iter().find(|s| s.name == name).map_or(Inputs::ALL, |s| s.depends_on)
+        self.plan
+            .stages
+            .iter()
+            .find(|s| s.name == name)
+            .map_or(Inputs::ALL, |s| s.depends_on)
     }
 
     /// The last frame, from the read-back buffer.
@@ -151,9 +185,15 @@ impl Renderer {
         let pixels = self.technique.as_ref().map_or_else(Vec::new, |t| {
             t.read_back().with_bytes(|bytes| {
                 let texels = bytes.chunks_exact(16).take(count);
-                texels.map(bytemuck::pod_read_unaligned::<[f32; 4]>).collect()
+                texels
+                    .map(bytemuck::pod_read_unaligned::<[f32; 4]>)
+                    .collect()
             })
         });
-        Image { width, height, pixels }
+        Image {
+            width,
+            height,
+            pixels,
+        }
     }
 }

@@ -99,7 +99,6 @@ macro_rules! with_voxels {
         }
     };
 }
-pub(crate) use with_voxels;
 
 impl Voxels {
     /// The stored type.
@@ -135,6 +134,6 @@ impl Voxels {
     /// If `index` is out of range.
     #[must_use]
     pub fn get(&self, index: usize) -> f64 {
-        with_voxels!(self, v => f64::from(v[index]))
+        with_voxels!(self, v => v[index].into())
     }
 }

@@ -5,7 +5,7 @@ mod paraview;
 mod preset;
 
 pub use automatic::automatic;
-pub use paraview::{TransferFunctionError, read_paraview};
+pub use paraview::{TransferFunctionError, read_file, read_paraview};
 pub use preset::Preset;
 
 use glam::Vec3;
@@ -68,10 +68,18 @@ impl TransferFunction {
 
     /// temp
     #[must_use]
-    pub fn entries_needed(&self, _min: f64, _max: f64) -> usize { 4096 }
+    pub fn entries_needed(&self, _min: f64, _max: f64) -> usize {
+        4096
+    }
     /// temp
     #[must_use]
     pub fn bake(&self, min: f64, max: f64, entries: usize, density_scale: f64) -> Vec<[f32; 4]> {
-        (0..entries).map(|i| { let v = min + (max-min)*i as f64/(entries-1) as f64; let (c,_) = self.evaluate(v); [c.x,c.y,c.z,(self.sigma_t(v)*density_scale) as f32]}).collect()
+        (0..entries)
+            .map(|i| {
+                let v = min + (max - min) * i as f64 / (entries - 1) as f64;
+                let (c, _) = self.evaluate(v);
+                [c.x, c.y, c.z, (self.sigma_t(v) * density_scale) as f32]
+            })
+            .collect()
     }
 }

@@ -29,3 +29,12 @@ pub fn read_paraview(
         message: String::new(),
     })
 }
+
+/// temp
+pub fn read_file(
+    path: &Path,
+    _grid: &crate::volume::Grid,
+    statistics: &Statistics,
+) -> Result<TransferFunction, TransferFunctionError> {
+    read_paraview(path, statistics)
+}

@@ -38,7 +38,11 @@ impl Encoding {
     ///
     /// # Errors
     /// The device cannot filter the format that is needed.
-    pub fn choose(volume: &Volume, statistics: &Statistics, limits: &Limits) -> Result<Self, PlanError> {
+    pub fn choose(
+        volume: &Volume,
+        statistics: &Statistics,
+        limits: &Limits,
+    ) -> Result<Self, PlanError> {
         let r = volume.rescale;
         let scalar_type = volume.voxels.scalar_type();
         let unorm = |format, levels: f64, lowest: f64, conversion| Self {
@@ -62,7 +66,9 @@ impl Encoding {
                 offset: r.intercept,
                 conversion: Conversion::Finite,
             },
-            ScalarType::U32 | ScalarType::I32 | ScalarType::F64 => Self::normalised(volume, statistics),
+            ScalarType::U32 | ScalarType::I32 | ScalarType::F64 => {
+                Self::normalised(volume, statistics)
+            }
         };
         if encoding.format == Format::R32_SFLOAT && !limits.linear_r32_sfloat {
             return Err(PlanError::Limit {
@@ -90,8 +96,17 @@ impl Encoding {
         } else {
             (1.0, 1.0)
         };
-        let offset = if r.slope < 0.0 { statistics.max } else { statistics.min };
-        Self { format: Format::R32_SFLOAT, scale, offset, conversion: Conversion::Normalise { min, factor } }
+        let offset = if r.slope < 0.0 {
+            statistics.max
+        } else {
+            statistics.min
+        };
+        Self {
+            format: Format::R32_SFLOAT,
+            scale,
+            offset,
+            conversion: Conversion::Normalise { min, factor },
+        }
     }
 
     /// Bytes a texel.
@@ -131,7 +146,9 @@ impl Encoding {
                 fill(target, &v[at..end], |s| s.to_ne_bytes());
             }
             Voxels::I16(v) if self.conversion == Conversion::FlipSign => {
-                fill(target, &v[at..end], |s| (s.cast_unsigned() ^ 0x8000).to_ne_bytes());
+                fill(target, &v[at..end], |s| {
+                    (s.cast_unsigned() ^ 0x8000).to_ne_bytes()
+                });
             }
             Voxels::F32(v) => fill(target, &v[at..end], |s| finite(*s).to_ne_bytes()),
             Voxels::U16(v) => fill(target, &v[at..end], |s| f32::from(*s).to_ne_bytes()),

@@ -5,9 +5,7 @@ use glam::UVec3;
 use super::{Encoding, Table};
 use crate::gpu::{Format, Limits, Specialization};
 use crate::scene::Scene;
-use crate::technique::{
-    Input, Inputs, Omission, PlanError, ResourceKind, ResourcePlan, StagePlan,
-};
+use crate::technique::{Input, Inputs, Omission, PlanError, ResourceKind, ResourcePlan, StagePlan};
 
 /// Stage names of the medium.
 pub mod stage {
@@ -70,7 +68,10 @@ impl MediumPlan {
             return Err(PlanError::Limit {
                 what: format!("volume {}", scene.volume.name),
                 found: format!("{} x {} x {} voxels", dims.x, dims.y, dims.z),
-                limit: format!("the device's 3D images reach {} along an axis", limits.max_image_3d),
+                limit: format!(
+                    "the device's 3D images reach {} along an axis",
+                    limits.max_image_3d
+                ),
                 fix: "resample or crop the volume".to_owned(),
             });
         }
@@ -93,7 +94,14 @@ impl MediumPlan {
                 dims.y.div_ceil(CELL_SIZE),
                 dims.z.div_ceil(CELL_SIZE),
             );
-            (Some(CellsPlan { size: CELL_SIZE, dims, reach: REACH }), "")
+            (
+                Some(CellsPlan {
+                    size: CELL_SIZE,
+                    dims,
+                    reach: REACH,
+                }),
+                "",
+            )
         };
         Ok(Self {
             dims,
@@ -122,10 +130,22 @@ impl MediumPlan {
         if self.masked {
             stages.push(stage(stage::UPLOAD_MASK, volume, self.dims, 1, vec![]));
         }
-        stages.push(stage(stage::UPLOAD_TABLE, table, row, 1 + u32::from(self.cells.is_some()), vec![]));
+        stages.push(stage(
+            stage::UPLOAD_TABLE,
+            table,
+            row,
+            1 + u32::from(self.cells.is_some()),
+            vec![],
+        ));
         if let Some(c) = self.cells {
             stages.extend([
-                stage(stage::CELL_MIN_MAX, volume, c.dims, 1, c.min_max_constants()),
+                stage(
+                    stage::CELL_MIN_MAX,
+                    volume,
+                    c.dims,
+                    1,
+                    c.min_max_constants(),
+                ),
                 stage(stage::CELL_OCCUPANCY, table, c.dims, 1, c.reach_constants()),
                 stage(stage::CELL_DISTANCE, table, c.dims, 3, c.reach_constants()),
             ]);
@@ -156,20 +176,50 @@ impl MediumPlan {
         }];
         if self.masked {
             let why = "replace NaN and infinite voxels in the file";
-            list.push(auxiliary("finite_mask", self.dims, Format::R8_UNORM, voxels(self.dims), why));
+            list.push(auxiliary(
+                "finite_mask",
+                self.dims,
+                Format::R8_UNORM,
+                voxels(self.dims),
+                why,
+            ));
         }
         let entries = u64::from(self.table.entries);
         let wider = "widen the transfer function's narrowest segment";
-        list.push(auxiliary("transfer_function", row, Format::R32G32B32A32_SFLOAT, 16 * entries, wider));
+        list.push(auxiliary(
+            "transfer_function",
+            row,
+            Format::R32G32B32A32_SFLOAT,
+            16 * entries,
+            wider,
+        ));
         if let Some(c) = self.cells {
             let (format, bytes) = self.encoding.pair_format();
             let off = "set technique.ray_march.empty_space_skipping = false";
             let counts = UVec3::new(row.x + 1, 1, 1);
             list.extend([
-                auxiliary("occupied_before", counts, Format::R32_UINT, 4 * (entries + 1), wider),
+                auxiliary(
+                    "occupied_before",
+                    counts,
+                    Format::R32_UINT,
+                    4 * (entries + 1),
+                    wider,
+                ),
                 auxiliary("cell_min_max", c.dims, format, voxels(c.dims) * bytes, off),
-                auxiliary("cell_distance", c.dims, Format::R8_UINT, voxels(c.dims), off),
-                auxiliary("cell_distance_pong", c.dims, Format::R8_UINT, voxels(c.dims), off),
+                auxiliary(
+                    "cell_distance",
+                    c.dims,
+                    Format::R8_UINT,
+                    voxels(c.dims),
+                    off,
+                ),
+                auxiliary(
+                    "cell_distance_pong",
+                    c.dims,
+                    Format::R8_UINT,
+                    voxels(c.dims),
+                    off,
+                ),
             ]);
         }
         list
@@ -181,10 +231,16 @@ impl MediumPlan {
         let mut list = Vec::new();
         if !self.masked {
             let why = "every voxel is finite".to_owned();
-            list.push(Omission { what: "finite_mask", why });
+            list.push(Omission {
+                what: "finite_mask",
+                why,
+            });
         }
         if self.cells.is_none() {
-            list.push(Omission { what: "cells", why: self.why_no_cells.to_owned() });
+            list.push(Omission {
+                what: "cells",
+                why: self.why_no_cells.to_owned(),
+            });
         }
         list
     }
@@ -194,12 +250,20 @@ impl CellsPlan {
     /// Constants of `medium.cell_min_max`.
     #[must_use]
     pub fn min_max_constants(&self) -> Vec<Specialization> {
-        vec![Specialization { id: 0, name: "CELL_SIZE", value: self.size }]
+        vec![Specialization {
+            id: 0,
+            name: "CELL_SIZE",
+            value: self.size,
+        }]
     }
 
     /// Constants of `medium.cell_occupancy` and `medium.cell_distance`.
     #[must_use]
     pub fn reach_constants(&self) -> Vec<Specialization> {
-        vec![Specialization { id: 0, name: "REACH", value: self.reach }]
+        vec![Specialization {
+            id: 0,
+            name: "REACH",
+            value: self.reach,
+        }]
     }
 }

@@ -23,7 +23,10 @@ pub fn record_ranges<'a>(recorder: &mut Recorder<'a>, medium: &'a Medium) {
 pub fn record_occupancy<'a>(recorder: &mut Recorder<'a>, medium: &'a Medium) {
     let Some(cells) = &medium.cells else { return };
     let (table_min, table_scale) = medium.table_mapping();
-    let push = OccupancyPush { table_min, table_scale };
+    let push = OccupancyPush {
+        table_min,
+        table_scale,
+    };
     let (pipeline, binding) = &cells.occupancy_stage;
     // The old contents are of another transfer function.
     recorder.image_barrier(&cells.distance, Access::Undefined, Access::ComputeWrite);

@@ -22,7 +22,11 @@ const MIN_MAX: StageLayout = StageLayout {
 };
 const OCCUPANCY: StageLayout = StageLayout {
     shader: shader::MEDIUM_CELL_OCCUPANCY,
-    bindings: &[BindingKind::SampledImage, BindingKind::SampledImage, BindingKind::StorageImage],
+    bindings: &[
+        BindingKind::SampledImage,
+        BindingKind::SampledImage,
+        BindingKind::StorageImage,
+    ],
     push_bytes: size_of::<OccupancyPush>() as u32,
 };
 const DISTANCE: StageLayout = StageLayout {
@@ -117,7 +121,11 @@ impl Medium {
             transfer_function: Resource::Sampled(table.clone(), linear.clone()),
             cell_distance: Resource::Sampled(cell_distance, nearest),
             cells,
-            images: Images { volume, mask, table },
+            images: Images {
+                volume,
+                mask,
+                table,
+            },
             linear,
         })
     }
@@ -134,9 +142,12 @@ impl Medium {
         let encoding = self.plan.encoding;
         let fill = |first, count, target: &mut [u8]| {
             let slice = target.len() / count as usize;
-            target.par_chunks_mut(slice.max(1)).zip(first..first + count).for_each(|(to, z)| {
-                encoding.encode(volume, z, 1, to);
-            });
+            target
+                .par_chunks_mut(slice.max(1))
+                .zip(first..first + count)
+                .for_each(|(to, z)| {
+                    encoding.encode(volume, z, 1, to);
+                });
         };
         let (d, i) = (&self.device, &self.images);
         let bytes = encoding.texel_bytes();
@@ -150,7 +161,14 @@ impl Medium {
             && let Resource::Sampled(image, _) = &self.cell_distance
         {
             // Never read: only brought to the layout its descriptor names.
-            upload_image(d, image, "medium.unused", 1, |_, _, to| to.fill(0), &mut |_, _| {})?;
+            upload_image(
+                d,
+                image,
+                "medium.unused",
+                1,
+                |_, _, to| to.fill(0),
+                &mut |_, _| {},
+            )?;
         }
         Ok(times)
     }
@@ -168,12 +186,27 @@ impl Medium {
             times.extend(more);
         }
         let seconds = times.iter().map(|t| t.seconds).sum();
-        Ok(vec![StageTime { name: stage::UPLOAD_TABLE.to_owned(), seconds }])
+        Ok(vec![StageTime {
+            name: stage::UPLOAD_TABLE.to_owned(),
+            seconds,
+        }])
     }
 
-    fn upload_row(&self, image: &Image, texel: u64, bytes: &[u8]) -> Result<Vec<StageTime>, GpuError> {
+    fn upload_row(
+        &self,
+        image: &Image,
+        texel: u64,
+        bytes: &[u8],
+    ) -> Result<Vec<StageTime>, GpuError> {
         let fill = |_, _, to: &mut [u8]| to.copy_from_slice(bytes);
-        upload_image(&self.device, image, stage::UPLOAD_TABLE, texel, fill, &mut |_, _| {})
+        upload_image(
+            &self.device,
+            image,
+            stage::UPLOAD_TABLE,
+            texel,
+            fill,
+            &mut |_, _| {},
+        )
     }
 
     /// The sampler of the volume, for images with the same extent.
@@ -188,7 +221,10 @@ impl Medium {
         let (encoding, table) = (&self.plan.encoding, &self.plan.table);
         let first = encoding.texture_value(table.min);
         let last = encoding.texture_value(table.max);
-        (first as f32, (f64::from(table.entries - 1) / (last - first)) as f32)
+        (
+            first as f32,
+            (f64::from(table.entries - 1) / (last - first)) as f32,
+        )
     }
 }
 
@@ -203,7 +239,12 @@ impl Cells {
         let storage = |name, format| {
             let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
             let image_type = ImageType::TYPE_3D;
-            let desc = ImageDesc { image_type, extent: cells.dims, format, usage };
+            let desc = ImageDesc {
+                image_type,
+                extent: cells.dims,
+                format,
+                usage,
+            };
             Image::new(device, name, desc).map(Arc::new)
         };
         let min_max = storage("cell_min_max", plan.encoding.pair_format().0)?;
@@ -218,8 +259,11 @@ impl Cells {
             let binding = pipeline.bind(resources)?;
             Ok::<_, GpuError>((pipeline, binding))
         };
-        let min_max_stage =
-            bound(MIN_MAX, &cells.min_max_constants(), vec![volume.clone(), write(&min_max)])?;
+        let min_max_stage = bound(
+            MIN_MAX,
+            &cells.min_max_constants(),
+            vec![volume.clone(), write(&min_max)],
+        )?;
         let occupancy_stage = bound(
             OCCUPANCY,
             &cells.reach_constants(),
@@ -247,19 +291,47 @@ impl Cells {
 /// for 8-bit texels, where clamping would filter in 8 bits.
 fn sampler(device: &Device, name: &str, filter: Filter) -> Result<Arc<Sampler>, GpuError> {
     let address_mode = SamplerAddressMode::MIRRORED_REPEAT;
-    Sampler::new(device, name, SamplerDesc { filter, address_mode }).map(Arc::new)
+    Sampler::new(
+        device,
+        name,
+        SamplerDesc {
+            filter,
+            address_mode,
+        },
+    )
+    .map(Arc::new)
 }
 
-fn sampled(device: &Device, name: &str, extent: UVec3, format: Format) -> Result<Arc<Image>, GpuError> {
+fn sampled(
+    device: &Device,
+    name: &str,
+    extent: UVec3,
+    format: Format,
+) -> Result<Arc<Image>, GpuError> {
     let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
-    let desc = ImageDesc { image_type: ImageType::TYPE_3D, extent, format, usage };
+    let desc = ImageDesc {
+        image_type: ImageType::TYPE_3D,
+        extent,
+        format,
+        usage,
+    };
     Image::new(device, name, desc).map(Arc::new)
 }
 
-fn table_image(device: &Device, name: &str, entries: u32, format: Format) -> Result<Arc<Image>, GpuError> {
+fn table_image(
+    device: &Device,
+    name: &str,
+    entries: u32,
+    format: Format,
+) -> Result<Arc<Image>, GpuError> {
     let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
     let extent = UVec3::new(entries, 1, 1);
-    let desc = ImageDesc { image_type: ImageType::TYPE_1D, extent, format, usage };
+    let desc = ImageDesc {
+        image_type: ImageType::TYPE_1D,
+        extent,
+        format,
+        usage,
+    };
     Image::new(device, name, desc).map(Arc::new)
 }
 

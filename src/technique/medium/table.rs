@@ -23,7 +23,9 @@ impl Table {
             max = min + min.abs().max(1.0);
         }
         let entries = scene.medium.transfer_function.entries_needed(min, max);
-        let entries = u32::try_from(entries).unwrap_or(u32::MAX).clamp(2, max_entries);
+        let entries = u32::try_from(entries)
+            .unwrap_or(u32::MAX)
+            .clamp(2, max_entries);
         Self { entries, min, max }
     }
 

@@ -72,11 +72,19 @@ impl MarchUniform {
         let shading = params.shading.unwrap_or_default();
         let ambient = environment(&scene.lights) * shading.ambient;
         let mut lights = [MarchLight::default(); MAX_LIGHTS];
-        for (to, light) in lights.iter_mut().zip(local_lights(&scene.lights, grid.centre())) {
+        for (to, light) in lights
+            .iter_mut()
+            .zip(local_lights(&scene.lights, grid.centre()))
+        {
             *to = light;
         }
         Self {
-            table: [table_min, table_scale, medium.plan.table.entries as f32, 0.0],
+            table: [
+                table_min,
+                table_scale,
+                medium.plan.table.entries as f32,
+                0.0,
+            ],
             dims: vec4(grid.dims.as_dvec3(), step_length(scene, params)),
             cell_scale: vec4(cells_per_texture, -(-params.early_termination).ln_1p()),
             ambient: ambient.extend(shading.diffuse).to_array(),
@@ -96,8 +104,12 @@ fn gradient_rows(scene: &Scene, medium: &Medium) -> [[f32; 4]; 3] {
     let (encoding, table) = (&medium.plan.encoding, &medium.plan.table);
     let range = encoding.texture_value(table.max) - encoding.texture_value(table.min);
     let scale = grid.spacing().min_element() / range.abs();
-    [index_from_world.x_axis, index_from_world.y_axis, index_from_world.z_axis]
-        .map(|row| vec4(row * scale, 0.0))
+    [
+        index_from_world.x_axis,
+        index_from_world.y_axis,
+        index_from_world.z_axis,
+    ]
+    .map(|row| vec4(row * scale, 0.0))
 }
 
 /// Largest distance between samples, world units.
@@ -109,21 +121,38 @@ pub(super) fn step_length(scene: &Scene, params: &RayMarchParams) -> f64 {
 pub(super) fn environment(lights: &[Light]) -> Vec3 {
     lights
         .iter()
-        .map(|l| if let Light::Environment { radiance } = l { *radiance } else { Vec3::ZERO })
+        .map(|l| {
+            if let Light::Environment { radiance } = l {
+                *radiance
+            } else {
+                Vec3::ZERO
+            }
+        })
         .sum()
 }
 
 /// Directional and point lights, relative to the volume's centre.
 pub(super) fn local_lights(lights: &[Light], centre: DVec3) -> Vec<MarchLight> {
     let local = |light: &Light| match *light {
-        Light::Directional { direction, irradiance } => Some(MarchLight {
+        Light::Directional {
+            direction,
+            irradiance,
+        } => Some(MarchLight {
             place: vec4(-direction.normalize_or(-DVec3::Z), 0.0),
             irradiance: irradiance.extend(0.0).to_array(),
         }),
-        Light::Point { position, intensity, falloff } => Some(MarchLight {
+        Light::Point {
+            position,
+            intensity,
+            falloff,
+        } => Some(MarchLight {
             place: vec4(position - centre, 1.0),
             irradiance: intensity
-                .extend(if falloff == Falloff::InverseSquare { 1.0 } else { 0.0 })
+                .extend(if falloff == Falloff::InverseSquare {
+                    1.0
+                } else {
+                    0.0
+                })
                 .to_array(),
         }),
         Light::Environment { .. } => None,

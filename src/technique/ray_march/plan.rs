@@ -53,17 +53,28 @@ pub struct RayMarchPlan {
 ///
 /// # Errors
 /// The scene exceeds a limit of the device or the shader.
-pub fn plan(scene: &Scene, params: &RayMarchParams, limits: &Limits) -> Result<RayMarchPlan, PlanError> {
+pub fn plan(
+    scene: &Scene,
+    params: &RayMarchParams,
+    limits: &Limits,
+) -> Result<RayMarchPlan, PlanError> {
     let image = &scene.image;
     if image.width.max(image.height) > limits.max_image_2d {
         return Err(PlanError::Limit {
             what: "image".to_owned(),
             found: format!("{} x {}", image.width, image.height),
-            limit: format!("the device's images reach {} along an axis", limits.max_image_2d),
+            limit: format!(
+                "the device's images reach {} along an axis",
+                limits.max_image_2d
+            ),
             fix: "lower image.width and image.height".to_owned(),
         });
     }
-    let lights = scene.lights.iter().filter(|l| !matches!(l, Light::Environment { .. })).count();
+    let lights = scene
+        .lights
+        .iter()
+        .filter(|l| !matches!(l, Light::Environment { .. }))
+        .count();
     if lights > MAX_LIGHTS {
         return Err(PlanError::Limit {
             what: "lights".to_owned(),
@@ -75,7 +86,8 @@ pub fn plan(scene: &Scene, params: &RayMarchParams, limits: &Limits) -> Result<R
     let samples_per_ray = longest_ray(scene, params)?;
     let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
     let per_tile = samples_per_ray * u64::from(TILE * TILE);
-    let tiles_per_submission = (MAX_SAMPLES / per_tile.max(1)).clamp(1, MAX_TILES.min(u64::from(tiles)));
+    let tiles_per_submission =
+        (MAX_SAMPLES / per_tile.max(1)).clamp(1, MAX_TILES.min(u64::from(tiles)));
     Ok(RayMarchPlan {
         medium: MediumPlan::new(scene, params.empty_space_skipping, limits)?,
         specialization: Vec::new(),
@@ -97,7 +109,10 @@ fn longest_ray(scene: &Scene, params: &RayMarchParams) -> Result<u64, PlanError>
             what: "technique.ray_march.step".to_owned(),
             found: format!("{samples} samples on the longest ray"),
             limit: format!("a ray takes at most {}", (MAX_ROUNDS / 1.25).floor()),
-            fix: format!("raise the step to at least {:.4}", params.step * samples * 1.25 / MAX_ROUNDS),
+            fix: format!(
+                "raise the step to at least {:.4}",
+                params.step * samples * 1.25 / MAX_ROUNDS
+            ),
         });
     }
     Ok(samples as u64)
@@ -105,10 +120,24 @@ fn longest_ray(scene: &Scene, params: &RayMarchParams) -> Result<u64, PlanError>
 
 impl RayMarchPlan {
     /// Decides the constants, and with them what is compiled in; notes what is not.
-    fn specialise(mut self, scene: &Scene, params: &RayMarchParams, lights: usize, limits: &Limits) -> Self {
+    fn specialise(
+        mut self,
+        scene: &Scene,
+        params: &RayMarchParams,
+        lights: usize,
+        limits: &Limits,
+    ) -> Self {
         let shade = params.shading.is_some();
-        let lit = if shade { u32::try_from(lights).unwrap_or(0) } else { 0 };
-        let points = lit > 0 && scene.lights.iter().any(|l| matches!(l, Light::Point { .. }));
+        let lit = if shade {
+            u32::try_from(lights).unwrap_or(0)
+        } else {
+            0
+        };
+        let points = lit > 0
+            && scene
+                .lights
+                .iter()
+                .any(|l| matches!(l, Light::Point { .. }));
         let specular = lit > 0 && params.shading.is_some_and(|s| s.specular > 0.0);
         let values = [
             ("SKIP_EMPTY", u32::from(self.medium.cells.is_some())),
@@ -127,16 +156,47 @@ impl RayMarchPlan {
             .collect();
         let mut omit = |what, left_out: bool, why: &str| {
             if left_out {
-                self.omitted.push(Omission { what, why: why.to_owned() });
+                self.omitted.push(Omission {
+                    what,
+                    why: why.to_owned(),
+                });
             }
         };
-        omit("gradient", !shade, "shading is off: the colour is source radiance");
-        omit("specular", shade && lit > 0 && !specular, "shading.specular is 0");
-        omit("lights", shade && lit == 0, "the scene has no directional or point light");
-        omit("lights", !shade && lights > 0, "shading is off: no light is looked at");
-        omit("clip box", scene.clip.bounds.is_none(), "the scene has none");
-        omit("clip plane", scene.clip.plane.is_none(), "the scene has none");
-        omit("phase function", true, "emission-absorption does not scatter");
+        omit(
+            "gradient",
+            !shade,
+            "shading is off: the colour is source radiance",
+        );
+        omit(
+            "specular",
+            shade && lit > 0 && !specular,
+            "shading.specular is 0",
+        );
+        omit(
+            "lights",
+            shade && lit == 0,
+            "the scene has no directional or point light",
+        );
+        omit(
+            "lights",
+            !shade && lights > 0,
+            "shading is off: no light is looked at",
+        );
+        omit(
+            "clip box",
+            scene.clip.bounds.is_none(),
+            "the scene has none",
+        );
+        omit(
+            "clip plane",
+            scene.clip.plane.is_none(),
+            "the scene has none",
+        );
+        omit(
+            "phase function",
+            true,
+            "emission-absorption does not scatter",
+        );
         self
     }
 
@@ -187,6 +247,11 @@ impl RayMarchPlan {
         resources.push(image("read_back", Format::UNDEFINED, linear));
         let mut omitted = self.medium.omitted();
         omitted.extend(self.omitted.iter().cloned());
-        Plan { technique: NAME, stages, resources, omitted }
+        Plan {
+            technique: NAME,
+            stages,
+            resources,
+            omitted,
+        }
     }
 }

@@ -20,7 +20,11 @@ pub fn record_march(
 ) -> Result<Vec<StageTime>, GpuError> {
     let plan = &ray_march.plan;
     let (pipeline, binding) = (&ray_march.pipeline, &ray_march.binding);
-    let spread = plan.specialization.iter().find(|s| s.name == "SPREAD").map_or(1, |s| s.value);
+    let spread = plan
+        .specialization
+        .iter()
+        .find(|s| s.name == "SPREAD")
+        .map_or(1, |s| s.value);
     let bands = plan.tiles.div_ceil(plan.tiles_per_submission);
     let total = u64::from(bands) * u64::from(plan.sub_samples);
     let mut seconds = 0.0;
@@ -30,10 +34,18 @@ pub fn record_march(
         // Whole streams: the shader deals tiles out to `spread` of them.
         let groups = tile_count.div_ceil(spread) * spread;
         for sub_sample in 0..plan.sub_samples {
-            let push = MarchPush { first_tile, tile_count, sub_sample };
+            let push = MarchPush {
+                first_tile,
+                tile_count,
+                sub_sample,
+            };
             let mut recorder = Recorder::new(device)?;
             // RAW and WAW: a sub-sample adds to what the one before wrote.
-            recorder.image_barrier(&ray_march.radiance, Access::ComputeWrite, Access::ComputeReadWrite);
+            recorder.image_barrier(
+                &ray_march.radiance,
+                Access::ComputeWrite,
+                Access::ComputeReadWrite,
+            );
             recorder.compute_stage(stage::MARCH, |r| {
                 let domain = UVec3::new(groups * TILE_INVOCATIONS, 1, 1);
                 r.dispatch(pipeline, binding, bytes_of(&push), domain);
@@ -43,5 +55,8 @@ pub fn record_march(
             progress(done, total);
         }
     }
-    Ok(vec![StageTime { name: stage::MARCH.to_owned(), seconds }])
+    Ok(vec![StageTime {
+        name: stage::MARCH.to_owned(),
+        seconds,
+    }])
 }

@@ -1,1 +1,146 @@
-//! The equations written naively on the CPU in f64.
+//! The equations of `ray_march`, written naively on the CPU in f64: the check of the GPU stages.
+//!
+//! Same sample positions and the same filtering as the shader, but no table, no skipping, no early
+//! end and the plain formula `1 - exp(-tau)`.
+
+use glam::{DAffine3, DVec2, DVec3, DVec4};
+
+use super::layout::{environment, step_length};
+use crate::scene::{Falloff, Light, Projection, RayMarchParams, Scene, Shading};
+
+/// Radiance (rgb) and `1 - transmittance` (w) of a point of the image; `(0, 0)` is the top left
+/// corner, `(1, 1)` the bottom right one.
+#[must_use]
+pub fn march(scene: &Scene, params: &RayMarchParams, at: DVec2) -> DVec4 {
+    let (origin, direction, t_min) = camera_ray(scene, at);
+    let background = scene.image.background.as_dvec3();
+    let Some((t0, t1)) = interval(scene, origin, direction, t_min) else {
+        return background.extend(0.0);
+    };
+    let count = ((t1 - t0) / step_length(scene, params)).ceil().max(1.0);
+    let dt = (t1 - t0) / count;
+    let index_from_world = scene.volume.grid.world_from_index.inverse();
+    let tf = &scene.medium.transfer_function;
+    let (mut radiance, mut tau) = (DVec3::ZERO, 0.0_f64);
+    for i in 0..count as u64 {
+        let x = origin + (t0 + (i as f64 + 0.5) * dt) * direction;
+        let value = scene
+            .volume
+            .sample_index(index_from_world.transform_point3(x));
+        let dtau = tf.sigma_t(value) * scene.medium.density_scale * dt;
+        let color = tf.evaluate(value).0.as_dvec3();
+        let source = match &params.shading {
+            Some(shading) => shade(scene, shading, &index_from_world, x, -direction, color),
+            None => color,
+        };
+        radiance += (-tau).exp() * -(-dtau).exp_m1() * source;
+        tau += dtau;
+    }
+    (radiance + (-tau).exp() * background).extend(-(-tau).exp_m1())
+}
+
+/// Origin, unit direction and the smallest `t` of a ray.
+fn camera_ray(scene: &Scene, at: DVec2) -> (DVec3, DVec3, f64) {
+    let camera = &scene.camera;
+    let frame = camera.frame();
+    let aspect = f64::from(scene.image.width) / f64::from(scene.image.height);
+    let (x, y) = ((2.0 * at.x - 1.0) * aspect, 1.0 - 2.0 * at.y);
+    match camera.projection {
+        Projection::Perspective { vfov_deg } => {
+            let tan = (0.5 * vfov_deg).to_radians().tan();
+            let d = frame.forward + tan * (x * frame.right + y * frame.up);
+            (camera.eye, d.normalize(), 0.0)
+        }
+        Projection::Orthographic { height } => {
+            let offset = 0.5 * height * (x * frame.right + y * frame.up);
+            (camera.eye + offset, frame.forward, 0.0)
+        }
+    }
+}
+
+/// Where the ray is inside box and clips.
+fn interval(scene: &Scene, o: DVec3, d: DVec3, t_min: f64) -> Option<(f64, f64)> {
+    let texture_from_world = scene.volume.grid.world_from_texture().inverse();
+    let (p, dp) = (
+        texture_from_world.transform_point3(o),
+        texture_from_world.transform_vector3(d),
+    );
+    let mut t = (t_min, f64::INFINITY);
+    let mut keep = |height: f64, slope: f64| {
+        // Kept where height + slope t >= 0.
+        if slope > 0.0 {
+            t.0 = t.0.max(-height / slope);
+        } else if slope < 0.0 {
+            t.1 = t.1.min(-height / slope);
+        } else if height < 0.0 {
+            t.1 = f64::NEG_INFINITY;
+        }
+    };
+    for axis in 0..3 {
+        keep(p[axis], dp[axis]);
+        keep(1.0 - p[axis], -dp[axis]);
+        if let Some((min, max)) = scene.clip.bounds {
+            keep(o[axis] - min[axis], d[axis]);
+            keep(max[axis] - o[axis], -d[axis]);
+        }
+    }
+    if let Some(plane) = scene.clip.plane {
+        keep(plane.normal.dot(o - plane.point), plane.normal.dot(d));
+    }
+    (t.0 < t.1).then_some(t)
+}
+
+/// Blinn-Phong on the central-difference gradient, one voxel to either side.
+fn shade(
+    scene: &Scene,
+    shading: &Shading,
+    index_from_world: &DAffine3,
+    x: DVec3,
+    w_o: DVec3,
+    color: DVec3,
+) -> DVec3 {
+    let last = scene.volume.grid.dims.as_dvec3() - 1.0;
+    let p = index_from_world.transform_point3(x);
+    let difference = |axis: DVec3| {
+        let ahead = scene.volume.sample_index((p + axis).min(last));
+        ahead - scene.volume.sample_index((p - axis).max(DVec3::ZERO))
+    };
+    let d = DVec3::new(
+        difference(DVec3::X),
+        difference(DVec3::Y),
+        difference(DVec3::Z),
+    );
+    let n = (index_from_world.matrix3.transpose() * d).normalize_or_zero();
+    let n = if n.dot(w_o) < 0.0 { -n } else { n };
+    let mut radiance = f64::from(shading.ambient) * environment(&scene.lights).as_dvec3() * color;
+    for light in &scene.lights {
+        let (w_i, irradiance) = match *light {
+            Light::Directional {
+                direction,
+                irradiance,
+            } => (-direction.normalize(), irradiance.as_dvec3()),
+            Light::Point {
+                position,
+                intensity,
+                falloff,
+            } => {
+                let to = position - x;
+                let weaker = if falloff == Falloff::None {
+                    1.0
+                } else {
+                    to.length_squared()
+                };
+                (to.normalize(), intensity.as_dvec3() / weaker)
+            }
+            Light::Environment { .. } => continue,
+        };
+        let cos_i = n.dot(w_i);
+        if cos_i > 0.0 {
+            let cos_h = n.dot((w_i + w_o).normalize()).max(0.0);
+            let specular = f64::from(shading.specular) * cos_h.powf(f64::from(shading.shininess));
+            let reflected = f64::from(shading.diffuse) * cos_i * color + specular;
+            radiance += irradiance * std::f64::consts::FRAC_1_PI * reflected;
+        }
+    }
+    radiance
+}

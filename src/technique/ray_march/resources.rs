@@ -8,8 +8,8 @@ use glam::UVec3;
 use super::layout::MARCH;
 use super::{MarchUniform, RayMarchPlan};
 use crate::gpu::{
-    Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Format, GpuError, Image, ImageDesc,
-    ImageType, ImageUsageFlags, Recorder, Resource,
+    Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Format, GpuError, Image,
+    ImageDesc, ImageType, ImageUsageFlags, Recorder, Resource,
 };
 use crate::scene::{RayMarchParams, Scene};
 use crate::technique::ViewUniform;
@@ -43,8 +43,10 @@ impl RayMarch {
             uniforms = Some((old.view, old.march));
         }
         let medium = medium.map_or_else(|| Medium::new(device, &plan.medium), Ok)?;
-        let pipeline =
-            pipeline.map_or_else(|| ComputePipeline::new(device, MARCH, &plan.specialization), Ok)?;
+        let pipeline = pipeline.map_or_else(
+            || ComputePipeline::new(device, MARCH, &plan.specialization),
+            Ok,
+        )?;
         let (radiance, read_back) = images.map_or_else(|| create_images(device, plan.image), Ok)?;
         let (view, march) = uniforms.map_or_else(|| create_uniforms(device), Ok)?;
         let binding = pipeline.bind(vec![
@@ -56,7 +58,16 @@ impl RayMarch {
             medium.mask.clone(),
             Resource::Storage(radiance.clone()),
         ])?;
-        Ok(Self { plan: plan.clone(), medium, pipeline, binding, radiance, read_back, view, march })
+        Ok(Self {
+            plan: plan.clone(),
+            medium,
+            pipeline,
+            binding,
+            radiance,
+            read_back,
+            view,
+            march,
+        })
     }
 
     /// Writes camera, lights and parameters; the next march reads them.
@@ -78,7 +89,10 @@ impl RayMarch {
     }
 }
 
-fn create_images(device: &Device, [width, height]: [u32; 2]) -> Result<(Arc<Image>, Buffer), GpuError> {
+fn create_images(
+    device: &Device,
+    [width, height]: [u32; 2],
+) -> Result<(Arc<Image>, Buffer), GpuError> {
     let desc = ImageDesc {
         image_type: ImageType::TYPE_2D,
         extent: UVec3::new(width, height, 1),
@@ -91,7 +105,10 @@ fn create_images(device: &Device, [width, height]: [u32; 2]) -> Result<(Arc<Imag
     recorder.image_barrier(&radiance, Access::Undefined, Access::ComputeWrite);
     recorder.submit()?;
     let bytes = 16 * u64::from(width) * u64::from(height);
-    Ok((radiance, Buffer::new(device, "read_back", bytes, BufferUse::Readback)?))
+    Ok((
+        radiance,
+        Buffer::new(device, "read_back", bytes, BufferUse::Readback)?,
+    ))
 }
 
 fn create_uniforms(device: &Device) -> Result<(Arc<Buffer>, Arc<Buffer>), GpuError> {

@@ -1,0 +1,75 @@
+//! Failures of the command line and their exit codes.
+
+use std::process::ExitCode;
+
+use crate::gpu::GpuError;
+use crate::output::OutputError;
+use crate::scene::file::SceneError;
+use crate::technique::{PlanError, RenderError};
+use crate::volume::VolumeError;
+
+/// Whatever ends a command early.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The scene is not as it should be.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The volume is not as it should be.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+    /// The scene does not fit the device, or Vulkan failed.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A file could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Standard output could not be written.
+    #[error("standard output: {0}")]
+    Stdout(std::io::Error),
+    /// The arguments do not fit together.
+    #[error("{0}")]
+    Usage(String),
+    /// Shaders could not be compiled.
+    #[error(transparent)]
+    Shader(#[from] crate::shaders::ShaderError),
+}
+
+impl From<GpuError> for CliError {
+    fn from(error: GpuError) -> Self {
+        Self::Render(error.into())
+    }
+}
+
+impl From<PlanError> for CliError {
+    fn from(error: PlanError) -> Self {
+        Self::Render(error.into())
+    }
+}
+
+impl CliError {
+    /// The documented exit code.
+    #[must_use]
+    pub const fn exit_code(&self) -> u8 {
+        match self {
+            Self::Output(_) | Self::Stdout(_) | Self::Shader(_) => 1,
+            Self::Usage(_) => 2,
+            Self::Scene(_) | Self::Volume(_) => 3,
+            Self::Render(RenderError::Gpu(GpuError::Validation(_))) => 5,
+            Self::Render(_) => 4,
+        }
+    }
+
+    /// Tells the user and gives the exit code. Scene errors point into the file.
+    pub(super) fn report(self) -> ExitCode {
+        let code = ExitCode::from(self.exit_code());
+        match self {
+            Self::Scene(error) => eprintln!("{:?}", miette::Report::new(error)),
+            Self::Render(RenderError::Gpu(GpuError::Validation(messages))) => {
+                eprintln!("error: {} validation message(s)", messages.len());
+                messages.iter().for_each(|m| eprintln!("{m}"));
+            }
+            error => eprintln!("error: {error}"),
+        }
+        code
+    }
+}

@@ -1,0 +1,200 @@
+//! `tyndall render`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::json;
+
+use super::input::SceneArgs;
+use super::progress::Progress;
+use super::{CliError, Global, print, print_json};
+use crate::gpu::Device;
+use crate::output::png::{BitDepth, PngOptions};
+use crate::output::tone_map::{Alpha, ToneMapping, expose};
+use crate::output::{Image, Metadata, exr, json as json_file, png};
+use crate::scene::file::describe;
+use crate::scene::{Scene, ToneMap};
+use crate::technique::{FrameReport, Renderer};
+
+/// Render a scene, a volume file or a procedural volume to PNG, EXR and JSON.
+#[derive(Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Output file; may be given several times. The ending decides: .png (display), .exr (linear
+    /// float radiance), .json (settings, times, bytes). Default: NAME.png.
+    #[arg(long, short, value_name = "FILE")]
+    output: Vec<PathBuf>,
+    /// Image size in pixels.
+    #[arg(long, value_name = "WxH")]
+    size: Option<String>,
+    /// Bits a channel of the PNG.
+    #[arg(long, default_value = "8", value_parser = ["8", "16"])]
+    bits: String,
+    /// Keep transparency in the PNG instead of the background.
+    #[arg(long)]
+    alpha: bool,
+    /// Exposure of the PNG in stops, or `auto`.
+    #[arg(long, value_name = "STOPS|auto", allow_hyphen_values = true)]
+    exposure: Option<String>,
+    /// Tone map of the PNG.
+    #[arg(long)]
+    tone_map: Option<ToneMap>,
+    /// Print settings, times and bytes as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
+    let start = Instant::now();
+    let outputs = outputs(args)?;
+    let scene = args.scene.load_with(global, &overrides(args)?)?;
+    let device = global.open_device()?;
+    let mut renderer = Renderer::new(&device, scene)?;
+    let mut progress = Progress::new(global.quiet);
+    let rendered = renderer.render(&mut |phase, done, total| progress.update(phase, done, total));
+    progress.finish();
+    let (image, frame) = rendered?;
+    let stops = expose(&image, renderer.scene().image.exposure);
+    let report = report(&renderer, &device, &image, &frame, stops);
+    for path in &outputs {
+        write(path, args, &renderer, &device, &image, stops, &report)?;
+    }
+    if args.json {
+        return print_json(&report);
+    }
+    if !global.quiet {
+        let device_seconds: f64 = frame.stages.iter().map(|s| s.seconds).sum();
+        let names: Vec<_> = outputs.iter().map(|p| p.display().to_string()).collect();
+        print(&format!(
+            "{} in {:.2} s (device {:.3} s) on {}",
+            names.join(", "),
+            start.elapsed().as_secs_f64(),
+            device_seconds,
+            device.info().name
+        ))?;
+    }
+    Ok(())
+}
+
+/// The files to write; unknown endings are refused before any work is done.
+fn outputs(args: &RenderArgs) -> Result<Vec<PathBuf>, CliError> {
+    if args.output.is_empty() {
+        return Ok(vec![PathBuf::from(format!("{}.png", args.scene.name()))]);
+    }
+    for path in &args.output {
+        if !["png", "exr", "json"].contains(&ending(path).as_str()) {
+            return Err(CliError::Usage(format!(
+                "--output {}: expected a file ending in .png, .exr or .json",
+                path.display()
+            )));
+        }
+    }
+    Ok(args.output.clone())
+}
+
+fn ending(path: &Path) -> String {
+    path.extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default()
+}
+
+/// Options that stand for keys of the scene.
+fn overrides(args: &RenderArgs) -> Result<Vec<String>, CliError> {
+    let mut list = Vec::new();
+    if let Some(size) = &args.size {
+        let (width, height) = size.split_once(['x', 'X']).ok_or_else(|| {
+            CliError::Usage(format!(
+                "--size {size}: expected WIDTHxHEIGHT, for example 800x600"
+            ))
+        })?;
+        list.push(format!("image.width={width}"));
+        list.push(format!("image.height={height}"));
+    }
+    if let Some(exposure) = &args.exposure {
+        list.push(format!("image.exposure={exposure}"));
+    }
+    if let Some(tone_map) = args.tone_map {
+        list.push(format!("image.tone_map={}", tone_map.name()));
+    }
+    Ok(list)
+}
+
+/// Everything a program may want to know about the render.
+fn report(
+    renderer: &Renderer,
+    device: &Device,
+    image: &Image,
+    frame: &FrameReport,
+    stops: f32,
+) -> serde_json::Value {
+    let scene = renderer.scene();
+    json!({
+        "tyndall": env!("CARGO_PKG_VERSION"),
+        "device": device.info(),
+        "scene": describe(scene),
+        "plan": renderer.plan(),
+        "bytes_planned": renderer.plan().bytes(),
+        "bytes_allocated": device.live_allocations().iter().map(|a| a.bytes).sum::<u64>(),
+        "frame": frame,
+        "exposure_stops": stops,
+        "tone_map": scene.image.tone_map.name(),
+        "non_finite_pixels": image.non_finite(),
+    })
+}
+
+fn write(
+    path: &Path,
+    args: &RenderArgs,
+    renderer: &Renderer,
+    device: &Device,
+    image: &Image,
+    stops: f32,
+    report: &serde_json::Value,
+) -> Result<(), CliError> {
+    let metadata = metadata(renderer.scene(), device);
+    match ending(path).as_str() {
+        "exr" => exr::write(path, image, &metadata)?,
+        "json" => json_file::write(path, report)?,
+        _ => {
+            let image_settings = &renderer.scene().image;
+            let options = PngOptions {
+                bit_depth: if args.bits == "16" {
+                    BitDepth::Sixteen
+                } else {
+                    BitDepth::Eight
+                },
+                alpha: if args.alpha {
+                    Alpha::Straight {
+                        background: image_settings.background,
+                    }
+                } else {
+                    Alpha::Opaque
+                },
+                tone_mapping: ToneMapping {
+                    stops,
+                    operator: image_settings.tone_map,
+                },
+            };
+            png::write(path, image, &options, &metadata)?;
+        }
+    }
+    Ok(())
+}
+
+/// What images say about where they come from.
+fn metadata(scene: &Scene, device: &Device) -> Metadata {
+    let info = device.info();
+    let entries = [
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("technique", scene.technique.name().to_owned()),
+        ("device", info.name.clone()),
+        ("driver", info.driver.clone()),
+        ("scene", describe(scene).to_string()),
+    ];
+    entries
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect()
+}

@@ -1,0 +1,107 @@
+//! A resolved scene as JSON, for metadata and `--json`.
+
+use glam::Vec3;
+use serde_json::{Value, json};
+
+use crate::scene::{Exposure, Light, Projection, Scene, TechniqueParams};
+
+/// Every setting of a resolved scene.
+#[must_use]
+pub fn describe(scene: &Scene) -> Value {
+    let (v, m, c, i) = (&scene.volume, &scene.medium, &scene.camera, &scene.image);
+    let tf = &m.transfer_function;
+    let projection = match c.projection {
+        Projection::Perspective { vfov_deg } => json!({ "vfov_deg": vfov_deg }),
+        Projection::Orthographic { height } => json!({ "orthographic_height": height }),
+    };
+    json!({
+        "volume": {
+            "name": v.name,
+            "dims": v.grid.dims.to_array(),
+            "type": v.voxels.scalar_type(),
+            "spacing": v.grid.spacing().to_array(),
+            "world_from_index": v.grid.world_from_index.to_cols_array(),
+            "space": v.grid.space,
+            "unit": v.spatial_unit,
+            "slope": v.rescale.slope,
+            "intercept": v.rescale.intercept,
+            "range": [scene.statistics.min, scene.statistics.max],
+        },
+        "transfer_function": {
+            "name": tf.name,
+            "color_space": "linear",
+            "opacity_unit_distance": tf.opacity_unit_distance,
+            "points": tf.points.iter().map(|p| {
+                json!([p.value, p.color.x, p.color.y, p.color.z, p.opacity])
+            }).collect::<Vec<_>>(),
+        },
+        "medium": { "density_scale": m.density_scale, "albedo": m.albedo, "phase": { "g": m.phase_g } },
+        "lights": scene.lights.iter().map(light).collect::<Vec<_>>(),
+        "camera": {
+            "eye": c.eye.to_array(),
+            "target": c.target.to_array(),
+            "up": c.up.to_array(),
+            "projection": projection,
+        },
+        "clip": {
+            "box": scene.clip.bounds.map(|(lo, hi)| json!({ "min": lo.to_array(), "max": hi.to_array() })),
+            "plane": scene.clip.plane.map(|p| {
+                json!({ "point": p.point.to_array(), "normal": p.normal.to_array() })
+            }),
+        },
+        "image": {
+            "width": i.width,
+            "height": i.height,
+            "samples_per_axis": i.samples_per_axis,
+            "background": rgb(i.background),
+            "exposure": match i.exposure {
+                Exposure::Auto => json!("auto"),
+                Exposure::Stops(stops) => json!(stops),
+            },
+            "tone_map": i.tone_map,
+        },
+        "technique": technique(&scene.technique),
+    })
+}
+
+fn rgb(c: Vec3) -> [f32; 3] {
+    c.to_array()
+}
+
+fn light(light: &Light) -> Value {
+    match light {
+        Light::Directional {
+            direction,
+            irradiance,
+        } => json!({
+            "directional": { "direction": direction.to_array(), "irradiance": rgb(*irradiance) }
+        }),
+        Light::Point {
+            position,
+            intensity,
+            falloff,
+        } => json!({
+            "point": { "position": position.to_array(), "intensity": rgb(*intensity), "falloff": falloff }
+        }),
+        Light::Environment { radiance } => json!({ "environment": { "radiance": rgb(*radiance) } }),
+    }
+}
+
+fn technique(technique: &TechniqueParams) -> Value {
+    match technique {
+        TechniqueParams::RayMarch(p) => json!({
+            "name": "ray_march",
+            "ray_march": {
+                "step": p.step,
+                "shading": p.shading.map_or(json!(false), |s| json!({
+                    "ambient": s.ambient,
+                    "diffuse": s.diffuse,
+                    "specular": s.specular,
+                    "shininess": s.shininess,
+                })),
+                "early_termination": p.early_termination,
+                "empty_space_skipping": p.empty_space_skipping,
+            }
+        }),
+    }
+}

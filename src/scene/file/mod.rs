@@ -1,0 +1,33 @@
+//! Scene files: TOML in, a resolved [`Scene`](super::Scene) out.
+//!
+//! The text is parsed, overrides are applied, keys are compared with the schema, values with their
+//! ranges; then the volume is read and whatever was left open is chosen. Every error names file,
+//! line, column and key, what was found and what was expected.
+
+mod color;
+mod describe;
+mod error;
+mod keys;
+mod load;
+mod overrides;
+mod resolve;
+mod spec;
+mod validate;
+
+pub use color::Rgb;
+pub use describe::describe;
+pub use error::SceneError;
+pub use load::SceneFile;
+pub use overrides::Override;
+pub use resolve::Progress;
+pub use spec::{
+    BoxSpec, CameraSpec, ClipSpec, ColorSpace, DirectionalSpec, Endian, EnvironmentSpec,
+    ExposureSpec, ImageSpec, LightSpec, MediumSpec, ProceduralSpec, RayMarchSpec, SceneSpec,
+    ShadingSpec, TechniqueSpec, TransferFunctionSpec, VolumeSpec,
+};
+
+/// The JSON Schema of scene files, also published as `assets/scene.schema.json`.
+#[must_use]
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(SceneSpec).to_value()
+}

@@ -1,0 +1,237 @@
+//! From a checked specification to a scene with nothing left open.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use super::spec::{ColorSpace, Endian, ExposureSpec, LightSpec, ShadingSpec, VolumeSpec};
+use super::{SceneError, SceneFile};
+use crate::scene::framing::{self, Direction};
+use crate::scene::transfer_function::{automatic, read_file};
+use crate::scene::{
+    Camera, Clip, ControlPoint, Exposure, ImageSettings, Light, Medium, Plane, Projection,
+    RayMarchParams, Scene, Shading, TechniqueParams, TransferFunction, linear_from_srgb,
+};
+use crate::volume::{self, RawLayout, ReadOptions, Statistics, Volume};
+
+/// Called with phase, amount done and amount in all.
+pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64);
+
+/// Default resolution of procedural volumes.
+const RESOLUTION: u32 = 128;
+
+impl SceneFile {
+    /// Reads or evaluates the volume and chooses whatever the file leaves open.
+    ///
+    /// # Errors
+    /// The volume or transfer function cannot be read.
+    pub fn resolve(&self, progress: Progress<'_>) -> Result<Scene, SceneError> {
+        let volume = self.volume(progress)?;
+        let statistics = Statistics::of(&volume);
+        self.resolve_with(Arc::new(volume), Arc::new(statistics))
+    }
+
+    /// As [`SceneFile::resolve`], around a volume that is already in memory.
+    ///
+    /// # Errors
+    /// The transfer function cannot be read.
+    pub fn resolve_with(
+        &self,
+        volume: Arc<Volume>,
+        statistics: Arc<Statistics>,
+    ) -> Result<Scene, SceneError> {
+        let transfer_function = self.transfer_function(&volume, &statistics)?;
+        let m = &self.spec.medium;
+        let medium = Medium {
+            transfer_function,
+            density_scale: m.density_scale.unwrap_or(1.0),
+            albedo: m.albedo.unwrap_or(0.9),
+            phase_g: m.phase.g.unwrap_or(0.0),
+        };
+        let image = self.image();
+        let clip = self.clip();
+        let camera = self.camera(&volume, &medium.transfer_function, &clip, &image);
+        let lights = match &self.spec.lights {
+            Some(list) => list.iter().filter_map(light).collect(),
+            None => framing::lights(&camera),
+        };
+        Ok(Scene {
+            volume,
+            statistics,
+            medium,
+            lights,
+            camera,
+            clip,
+            image,
+            technique: self.technique(),
+        })
+    }
+
+    fn volume(&self, progress: Progress<'_>) -> Result<Volume, SceneError> {
+        let v = &self.spec.volume;
+        if let Some(p) = &v.procedural {
+            progress("evaluating", 0, 1);
+            return Ok(p.name.volume(p.resolution.unwrap_or(RESOLUTION)));
+        }
+        let file = v.file.as_deref().unwrap_or_default();
+        let path = self.folder.join(file);
+        let options = read_options(v);
+        Ok(volume::read(&path, &options, &mut |done, total| {
+            progress("reading", done, total)
+        })?)
+    }
+
+    fn transfer_function(
+        &self,
+        volume: &Volume,
+        statistics: &Statistics,
+    ) -> Result<TransferFunction, SceneError> {
+        let t = &self.spec.transfer_function;
+        let mut function = if let Some(preset) = t.preset {
+            preset.transfer_function(&volume.grid, statistics)
+        } else if let Some(file) = &t.file {
+            read_file(&self.folder.join(Path::new(file)), &volume.grid, statistics)?
+        } else if let Some(points) = &t.points {
+            let srgb = t.color_space != Some(ColorSpace::Linear);
+            TransferFunction {
+                name: "inline".to_owned(),
+                points: points.iter().map(|row| control_point(row, srgb)).collect(),
+                opacity_unit_distance: 1.0,
+            }
+        } else {
+            automatic(volume, statistics)
+        };
+        if let Some(distance) = t.opacity_unit_distance {
+            function.opacity_unit_distance = distance;
+        }
+        Ok(function)
+    }
+
+    fn camera(
+        &self,
+        volume: &Volume,
+        transfer_function: &TransferFunction,
+        clip: &Clip,
+        image: &ImageSettings,
+    ) -> Camera {
+        let c = &self.spec.camera;
+        let projection = c.orthographic_height.map_or(
+            Projection::Perspective {
+                vfov_deg: c.vfov_deg.unwrap_or(framing::VFOV_DEG),
+            },
+            |height| Projection::Orthographic { height },
+        );
+        let up = c.up.map_or(DVec3::Z, DVec3::from);
+        let corners = framing::visible_corners(volume, transfer_function, clip);
+        let target = c
+            .target
+            .map_or_else(|| framing::centre(&corners), DVec3::from);
+        if let Some(eye) = c.eye {
+            return Camera {
+                eye: eye.into(),
+                target,
+                up,
+                projection,
+            };
+        }
+        let aspect = f64::from(image.width) / f64::from(image.height);
+        let direction = Direction::new(volume.grid.space, c.azimuth_deg, c.elevation_deg);
+        let zoom = c.zoom.unwrap_or(1.0);
+        framing::frame(&corners, target, up, projection, direction, aspect, zoom)
+    }
+
+    fn clip(&self) -> Clip {
+        let c = &self.spec.clip;
+        Clip {
+            bounds: c.bounds.as_ref().map(|b| (b.min.into(), b.max.into())),
+            plane: c.plane.as_ref().map(|p| Plane {
+                point: p.point.into(),
+                normal: p.normal.into(),
+            }),
+        }
+    }
+
+    fn image(&self) -> ImageSettings {
+        let (i, d) = (&self.spec.image, ImageSettings::default());
+        ImageSettings {
+            width: i.width.unwrap_or(d.width),
+            height: i.height.unwrap_or(d.height),
+            samples_per_axis: i.samples_per_axis.unwrap_or(d.samples_per_axis),
+            background: i.background.map_or(d.background, |c| c.0),
+            exposure: match i.exposure {
+                Some(ExposureSpec::Stops(stops)) => Exposure::Stops(stops),
+                _ => Exposure::Auto,
+            },
+            tone_map: i.tone_map.unwrap_or(d.tone_map),
+        }
+    }
+
+    fn technique(&self) -> TechniqueParams {
+        let (r, d) = (&self.spec.technique.ray_march, RayMarchParams::default());
+        TechniqueParams::RayMarch(RayMarchParams {
+            step: r.step.unwrap_or(d.step),
+            shading: match r.shading {
+                None | Some(ShadingSpec::Switch(true)) => d.shading,
+                Some(ShadingSpec::Switch(false)) => None,
+                Some(ShadingSpec::Factors(f)) => {
+                    let s = Shading::default();
+                    Some(Shading {
+                        ambient: f.ambient.unwrap_or(s.ambient),
+                        diffuse: f.diffuse.unwrap_or(s.diffuse),
+                        specular: f.specular.unwrap_or(s.specular),
+                        shininess: f.shininess.unwrap_or(s.shininess),
+                    })
+                }
+            },
+            early_termination: r.early_termination.unwrap_or(d.early_termination),
+            empty_space_skipping: r.empty_space_skipping.unwrap_or(d.empty_space_skipping),
+        })
+    }
+}
+
+fn read_options(v: &VolumeSpec) -> ReadOptions {
+    ReadOptions {
+        raw: v.raw.as_ref().map(|r| RawLayout {
+            dims: r.dims,
+            scalar_type: r.scalar_type,
+            spacing: r.spacing.unwrap_or([1.0; 3]),
+            big_endian: r.endian == Some(Endian::Big),
+            skip_bytes: r.skip_bytes.unwrap_or(0),
+        }),
+        time: v.time.unwrap_or(0),
+    }
+}
+
+fn control_point([value, r, g, b, opacity]: &[f64; 5], srgb: bool) -> ControlPoint {
+    let color = Vec3::new(*r as f32, *g as f32, *b as f32);
+    let color = if srgb {
+        Vec3::from(color.to_array().map(linear_from_srgb))
+    } else {
+        color
+    };
+    ControlPoint {
+        value: *value,
+        color,
+        opacity: *opacity,
+    }
+}
+
+fn light(spec: &LightSpec) -> Option<Light> {
+    if let Some(d) = &spec.directional {
+        Some(Light::Directional {
+            direction: d.direction.into(),
+            irradiance: d.irradiance.0,
+        })
+    } else if let Some(p) = &spec.point {
+        Some(Light::Point {
+            position: p.position.into(),
+            intensity: p.intensity.0,
+            falloff: p.falloff,
+        })
+    } else {
+        spec.environment.as_ref().map(|e| Light::Environment {
+            radiance: e.radiance.0,
+        })
+    }
+}

@@ -1,0 +1,309 @@
+//! Ranges of values, checked before anything is read or chosen.
+
+use super::Rgb;
+use super::error::Problem;
+use super::spec::{ExposureSpec, LightSpec, SceneSpec, ShadingSpec};
+
+/// The first value that is out of range.
+pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
+    volume(s)?;
+    transfer_function(s)?;
+    let m = &s.medium;
+    at_least("medium.density_scale", m.density_scale, 0.0)?;
+    within("medium.albedo", m.albedo, 0.0, 1.0)?;
+    within("medium.phase.g", m.phase.g, -0.99, 0.99)?;
+    for (i, light) in s.lights.iter().flatten().enumerate() {
+        check_light(i, light)?;
+    }
+    camera(s)?;
+    clip(s)?;
+    image(s)?;
+    ray_march(s)
+}
+
+fn volume(s: &SceneSpec) -> Result<(), Problem> {
+    let v = &s.volume;
+    exclusive(
+        "volume",
+        &[
+            ("file", v.file.is_some()),
+            ("procedural", v.procedural.is_some()),
+        ],
+    )?;
+    if let Some(p) = &v.procedural {
+        within(
+            "volume.procedural.resolution",
+            p.resolution.map(f64::from),
+            1.0,
+            1024.0,
+        )?;
+    }
+    if v.file.is_none() && (v.raw.is_some() || v.time.is_some()) {
+        let key = if v.raw.is_some() {
+            "volume.raw"
+        } else {
+            "volume.time"
+        };
+        return Err(Problem::new(
+            key,
+            "stands without `volume.file`, which it describes",
+        ));
+    }
+    if let Some(raw) = &v.raw {
+        for (i, n) in raw.dims.into_iter().enumerate() {
+            within(
+                &format!("volume.raw.dims.{i}"),
+                Some(f64::from(n)),
+                1.0,
+                f64::from(u32::MAX),
+            )?;
+        }
+        for (i, x) in raw.spacing.into_iter().flatten().enumerate() {
+            positive(&format!("volume.raw.spacing.{i}"), Some(x))?;
+        }
+    }
+    Ok(())
+}
+
+fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
+    let t = &s.transfer_function;
+    let given = [
+        ("preset", t.preset.is_some()),
+        ("file", t.file.is_some()),
+        ("points", t.points.is_some()),
+    ];
+    exclusive("transfer_function", &given)?;
+    positive(
+        "transfer_function.opacity_unit_distance",
+        t.opacity_unit_distance,
+    )?;
+    if t.color_space.is_some() && t.points.is_none() {
+        return Err(Problem::new(
+            "transfer_function.color_space",
+            "stands without `points`, whose colours it describes",
+        ));
+    }
+    let mut before = f64::NEG_INFINITY;
+    for (i, row) in t.points.iter().flatten().enumerate() {
+        let key = |column: usize| format!("transfer_function.points.{i}.{column}");
+        finite(&key(0), Some(row[0]))?;
+        if row[0] < before {
+            return Err(Problem::new(
+                &key(0),
+                format!(
+                    "found {} after {before}, expected values in ascending order",
+                    row[0]
+                ),
+            ));
+        }
+        before = row[0];
+        (1..4).try_for_each(|column| at_least(&key(column), Some(row[column]), 0.0))?;
+        within(&key(4), Some(row[4]), 0.0, 1.0)?;
+    }
+    Ok(())
+}
+
+fn check_light(i: usize, light: &LightSpec) -> Result<(), Problem> {
+    let key = format!("lights.{i}");
+    let given = [
+        ("directional", light.directional.is_some()),
+        ("point", light.point.is_some()),
+        ("environment", light.environment.is_some()),
+    ];
+    exclusive(&key, &given)?;
+    if let Some(d) = &light.directional {
+        vector(
+            &format!("{key}.directional.direction"),
+            Some(d.direction),
+            true,
+        )?;
+        color(&format!("{key}.directional.irradiance"), Some(d.irradiance))
+    } else if let Some(p) = &light.point {
+        vector(&format!("{key}.point.position"), Some(p.position), false)?;
+        color(&format!("{key}.point.intensity"), Some(p.intensity))
+    } else if let Some(e) = &light.environment {
+        color(&format!("{key}.environment.radiance"), Some(e.radiance))
+    } else {
+        Err(Problem::new(
+            &key,
+            "found no kind, expected one of directional, point, environment",
+        ))
+    }
+}
+
+fn camera(s: &SceneSpec) -> Result<(), Problem> {
+    let c = &s.camera;
+    let turned = c.azimuth_deg.is_some() || c.elevation_deg.is_some() || c.zoom.is_some();
+    let turn = [
+        ("eye", c.eye.is_some()),
+        ("azimuth_deg, elevation_deg or zoom", turned),
+    ];
+    exclusive("camera", &turn)?;
+    let lens = [
+        ("vfov_deg", c.vfov_deg.is_some()),
+        ("orthographic_height", c.orthographic_height.is_some()),
+    ];
+    exclusive("camera", &lens)?;
+    vector("camera.eye", c.eye, false)?;
+    vector("camera.target", c.target, false)?;
+    vector("camera.up", c.up, true)?;
+    within("camera.vfov_deg", c.vfov_deg, 1e-3, 179.0)?;
+    positive("camera.orthographic_height", c.orthographic_height)?;
+    finite("camera.azimuth_deg", c.azimuth_deg)?;
+    within("camera.elevation_deg", c.elevation_deg, -90.0, 90.0)?;
+    positive("camera.zoom", c.zoom)?;
+    if let (Some(eye), Some(target)) = (c.eye, c.target) {
+        let view = glam::DVec3::from(target) - glam::DVec3::from(eye);
+        if view.length() == 0.0 {
+            return Err(Problem::new(
+                "camera.eye",
+                "found the same point as `camera.target`, expected another",
+            ));
+        }
+        let up = c.up.map_or(glam::DVec3::Z, glam::DVec3::from).normalize();
+        if c.up.is_some() && view.normalize().cross(up).length() < 1e-6 {
+            return Err(Problem::new(
+                "camera.up",
+                "found the viewing direction, expected a direction at an angle to it",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn clip(s: &SceneSpec) -> Result<(), Problem> {
+    if let Some(b) = &s.clip.bounds {
+        vector("clip.box.min", Some(b.min), false)?;
+        vector("clip.box.max", Some(b.max), false)?;
+        if let Some(i) = (0..3).find(|i| b.min[*i] >= b.max[*i]) {
+            return Err(Problem::new(
+                "clip.box.max",
+                format!(
+                    "found {} on axis {i}, expected more than the {} of `clip.box.min`",
+                    b.max[i], b.min[i]
+                ),
+            ));
+        }
+    }
+    if let Some(p) = &s.clip.plane {
+        vector("clip.plane.point", Some(p.point), false)?;
+        vector("clip.plane.normal", Some(p.normal), true)?;
+    }
+    Ok(())
+}
+
+fn image(s: &SceneSpec) -> Result<(), Problem> {
+    let i = &s.image;
+    within("image.width", i.width.map(f64::from), 1.0, 16384.0)?;
+    within("image.height", i.height.map(f64::from), 1.0, 16384.0)?;
+    within(
+        "image.samples_per_axis",
+        i.samples_per_axis.map(f64::from),
+        1.0,
+        16.0,
+    )?;
+    color("image.background", i.background)?;
+    match i.exposure {
+        Some(ExposureSpec::Stops(stops)) => {
+            within("image.exposure", Some(f64::from(stops)), -100.0, 100.0)
+        }
+        _ => Ok(()),
+    }
+}
+
+fn ray_march(s: &SceneSpec) -> Result<(), Problem> {
+    let r = &s.technique.ray_march;
+    within("technique.ray_march.step", r.step, 1.0 / 64.0, 64.0)?;
+    within(
+        "technique.ray_march.early_termination",
+        r.early_termination,
+        1e-6,
+        1.0,
+    )?;
+    if let Some(ShadingSpec::Factors(f)) = r.shading {
+        let key = |name: &str| format!("technique.ray_march.shading.{name}");
+        at_least(&key("ambient"), f.ambient.map(f64::from), 0.0)?;
+        at_least(&key("diffuse"), f.diffuse.map(f64::from), 0.0)?;
+        at_least(&key("specular"), f.specular.map(f64::from), 0.0)?;
+        within(&key("shininess"), f.shininess.map(f64::from), 1.0, 1000.0)?;
+    }
+    Ok(())
+}
+
+/// At most one of the alternatives may be given.
+fn exclusive(table: &str, given: &[(&str, bool)]) -> Result<(), Problem> {
+    let found: Vec<_> = given.iter().filter(|g| g.1).map(|g| g.0).collect();
+    match found[..] {
+        [first, second, ..] => {
+            let key = second.split([',', ' ']).next().unwrap_or(second);
+            let all: Vec<_> = given.iter().map(|g| g.0).collect();
+            Err(Problem::new(
+                &format!("{table}.{key}"),
+                format!(
+                    "found beside `{first}`, expected only one of {}",
+                    all.join(" / ")
+                ),
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn within(key: &str, value: Option<f64>, min: f64, max: f64) -> Result<(), Problem> {
+    match value {
+        Some(v) if !(min..=max).contains(&v) => Err(Problem::new(
+            key,
+            format!("found {v}, expected a number from {min} to {max}"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn at_least(key: &str, value: Option<f64>, min: f64) -> Result<(), Problem> {
+    match value {
+        Some(v) if !(v >= min && v.is_finite()) => Err(Problem::new(
+            key,
+            format!("found {v}, expected a finite number of at least {min}"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn positive(key: &str, value: Option<f64>) -> Result<(), Problem> {
+    match value {
+        Some(v) if !(v > 0.0 && v.is_finite()) => Err(Problem::new(
+            key,
+            format!("found {v}, expected a finite number above 0"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn finite(key: &str, value: Option<f64>) -> Result<(), Problem> {
+    match value {
+        Some(v) if !v.is_finite() => Err(Problem::new(
+            key,
+            format!("found {v}, expected a finite number"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn vector(key: &str, value: Option<[f64; 3]>, not_zero: bool) -> Result<(), Problem> {
+    let Some(v) = value else { return Ok(()) };
+    v.into_iter().try_for_each(|x| finite(key, Some(x)))?;
+    if not_zero && v == [0.0; 3] {
+        return Err(Problem::new(
+            key,
+            "found a vector of length 0, expected a direction",
+        ));
+    }
+    Ok(())
+}
+
+fn color(key: &str, value: Option<Rgb>) -> Result<(), Problem> {
+    let Some(Rgb(c)) = value else { return Ok(()) };
+    c.to_array()
+        .into_iter()
+        .try_for_each(|x| at_least(key, Some(f64::from(x)), 0.0))
+}
