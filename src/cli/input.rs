@@ -38,11 +38,9 @@ struct RawArgs {
     #[arg(
         long,
         value_name = "X,Y,Z",
-        value_delimiter = ',',
-        num_args = 3,
-        requires = "scalar_type"
+        value_parser = triple::<u32>, requires = "scalar_type"
     )]
-    dims: Option<Vec<u32>>,
+    dims: Option<[u32; 3]>,
     /// Headerless volume: stored type.
     #[arg(long = "type", value_name = "TYPE", requires = "dims", value_parser = scalar_type)]
     scalar_type: Option<ScalarType>,
@@ -50,17 +48,24 @@ struct RawArgs {
     #[arg(
         long,
         value_name = "X,Y,Z",
-        value_delimiter = ',',
-        num_args = 3,
-        requires = "dims"
+        value_parser = triple::<f64>, requires = "dims"
     )]
-    spacing: Option<Vec<f64>>,
+    spacing: Option<[f64; 3]>,
     /// Headerless volume: byte order.
     #[arg(long, value_name = "little|big", requires = "dims", value_parser = ["little", "big"])]
     endian: Option<String>,
     /// Headerless volume: bytes before the first voxel.
     #[arg(long, value_name = "N", requires = "dims")]
     skip_bytes: Option<u64>,
+}
+
+fn triple<T: std::str::FromStr>(text: &str) -> Result<[T; 3], String> {
+    let parts: Option<Vec<T>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok())
+        .collect();
+    let parts = parts.and_then(|p| <[T; 3]>::try_from(p).ok());
+    parts.ok_or_else(|| "expected three numbers, for example 256,256,128".to_owned())
 }
 
 fn scalar_type(text: &str) -> Result<ScalarType, String> {
@@ -71,17 +76,10 @@ fn scalar_type(text: &str) -> Result<ScalarType, String> {
 
 impl RawArgs {
     fn layout(&self) -> Option<RawLayout> {
-        let (Some([x, y, z]), Some(scalar_type)) = (self.dims.as_deref(), self.scalar_type) else {
-            return None;
-        };
-        let spacing = match self.spacing.as_deref() {
-            Some([a, b, c]) => [*a, *b, *c],
-            _ => [1.0; 3],
-        };
         Some(RawLayout {
-            dims: [*x, *y, *z],
-            scalar_type,
-            spacing,
+            dims: self.dims?,
+            scalar_type: self.scalar_type?,
+            spacing: self.spacing.unwrap_or([1.0; 3]),
             big_endian: self.endian.as_deref() == Some("big"),
             skip_bytes: self.skip_bytes.unwrap_or(0),
         })

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::Problem;
 use super::keys::{locate, unknown};
-use super::spec::{ProceduralSpec, RawSpec, SceneSpec};
+use super::spec::{RawSpec, SceneSpec};
 use super::{Endian, Override, SceneError, schema, validate};
 use crate::volume::ReadOptions;
 use crate::volume::procedural::Procedural;
@@ -131,8 +131,8 @@ impl SceneFile {
         if let Some(problem) = unknown(&table, &schema()) {
             return Err(place(problem));
         }
-        let mut spec: SceneSpec = serde_path_to_error::deserialize(toml::Value::Table(table))
-            .map_err(|e| {
+        let spec: SceneSpec =
+            serde_path_to_error::deserialize(toml::Value::Table(table)).map_err(|e| {
                 let path = e
                     .path()
                     .iter()
@@ -145,12 +145,6 @@ impl SceneFile {
                 })
             })?;
         validate::check(&spec).map_err(place)?;
-        if spec.volume.file.is_none() && spec.volume.procedural.is_none() {
-            spec.volume.procedural = Some(ProceduralSpec {
-                name: Procedural::Supernova,
-                resolution: None,
-            });
-        }
         Ok(Self { spec, folder })
     }
 }

@@ -7,12 +7,13 @@ use glam::{DVec3, Vec3};
 
 use super::spec::{ColorSpace, Endian, ExposureSpec, LightSpec, ShadingSpec, VolumeSpec};
 use super::{SceneError, SceneFile};
-use crate::scene::framing::{self, Direction};
+use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{automatic, read_file};
 use crate::scene::{
     Camera, Clip, ControlPoint, Exposure, ImageSettings, Light, Medium, Plane, Projection,
     RayMarchParams, Scene, Shading, TechniqueParams, TransferFunction, linear_from_srgb,
 };
+use crate::volume::procedural::Procedural;
 use crate::volume::{self, RawLayout, ReadOptions, Statistics, Volume};
 
 /// Called with phase, amount done and amount in all.
@@ -70,11 +71,14 @@ impl SceneFile {
 
     fn volume(&self, progress: Progress<'_>) -> Result<Volume, SceneError> {
         let v = &self.spec.volume;
-        if let Some(p) = &v.procedural {
+        let Some(file) = &v.file else {
             progress("evaluating", 0, 1);
-            return Ok(p.name.volume(p.resolution.unwrap_or(RESOLUTION)));
-        }
-        let file = v.file.as_deref().unwrap_or_default();
+            let (name, resolution) = v
+                .procedural
+                .as_ref()
+                .map_or((Procedural::Supernova, None), |p| (p.name, p.resolution));
+            return Ok(name.volume(resolution.unwrap_or(RESOLUTION)));
+        };
         let path = self.folder.join(file);
         let options = read_options(v);
         Ok(volume::read(&path, &options, &mut |done, total| {
@@ -123,22 +127,32 @@ impl SceneFile {
             |height| Projection::Orthographic { height },
         );
         let up = c.up.map_or(DVec3::Z, DVec3::from);
-        let corners = framing::visible_corners(volume, transfer_function, clip);
-        let target = c
-            .target
-            .map_or_else(|| framing::centre(&corners), DVec3::from);
-        if let Some(eye) = c.eye {
+        if let (Some(eye), Some(target)) = (c.eye, c.target) {
             return Camera {
                 eye: eye.into(),
-                target,
+                target: target.into(),
                 up,
                 projection,
             };
         }
-        let aspect = f64::from(image.width) / f64::from(image.height);
-        let direction = Direction::new(volume.grid.space, c.azimuth_deg, c.elevation_deg);
-        let zoom = c.zoom.unwrap_or(1.0);
-        framing::frame(&corners, target, up, projection, direction, aspect, zoom)
+        let outline = framing::visible_outline(volume, transfer_function, clip);
+        if let Some(eye) = c.eye {
+            return Camera {
+                eye: eye.into(),
+                target: framing::centre(&outline),
+                up,
+                projection,
+            };
+        }
+        let wish = Wish {
+            target: c.target.map(DVec3::from),
+            up,
+            projection,
+            direction: Direction::new(volume.grid.space, c.azimuth_deg, c.elevation_deg),
+            aspect: f64::from(image.width) / f64::from(image.height),
+            zoom: c.zoom.unwrap_or(1.0),
+        };
+        framing::frame(&outline, &wish)
     }
 
     fn clip(&self) -> Clip {
