@@ -136,7 +136,8 @@ int empty_steps(CellRay ray, float i) {
 
 vec4 march_ray(Ray ray, vec2 t) {
     float length_t = t.y - t.x;
-    int count = int(ceil(length_t / march.dims.w));
+    // A length of a whole number of steps must not become one more by rounding.
+    int count = max(1, int(ceil(length_t / march.dims.w - 1e-3)));
     float dt = length_t / float(count);
     vec3 dp = texture_direction(ray.direction) * dt;
     vec3 x_first = ray.origin + (t.x + 0.5 * dt) * ray.direction;

@@ -24,6 +24,13 @@ pub struct Image {
 }
 
 impl Image {
+    /// The pixel in column `x` (0 is the left) and row `y` (0 is the top), if it exists.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
+        let index = y as usize * self.width as usize + x as usize;
+        (x < self.width && y < self.height).then(|| self.pixels.get(index).copied())?
+    }
+
     /// Number of pixels with a NaN or an infinity in any channel.
     ///
     /// A PNG shows them as 0 in all channels; an EXR keeps them as they are.

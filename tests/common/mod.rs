@@ -1,5 +1,5 @@
 //! What GPU tests share: a validated device and small scenes built in memory.
-#![allow(dead_code, clippy::unwrap_used, clippy::expect_used)]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
 use std::sync::Arc;
 
@@ -27,6 +27,12 @@ pub fn render(device: &Device, scene: &Scene) -> Image {
     device.check_validation().unwrap();
     assert_eq!(device.live_allocations(), vec![], "memory left behind");
     image
+}
+
+/// Renders once beside other live renderers of the device.
+pub fn render_beside(device: &Device, scene: &Scene) -> Image {
+    let mut renderer = Renderer::new(device, scene.clone()).unwrap();
+    renderer.render(&mut |_, _, _| {}).unwrap().0
 }
 
 /// A volume of one type whose stored values are `value(i)`, `i` being the voxel's index.

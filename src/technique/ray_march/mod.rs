@@ -9,7 +9,7 @@ pub mod reference;
 mod resources;
 
 pub use layout::{LAYOUTS, MAX_LIGHTS, MarchLight, MarchPush, MarchUniform};
-pub use plan::{RayMarchPlan, plan, stage};
+pub use plan::{CONSTANTS, RayMarchPlan, plan, stage};
 pub use record::record_march;
 pub use resources::RayMarch;
 

@@ -18,6 +18,24 @@ pub mod stage {
     pub const READ_BACK: &str = "ray_march.read_back";
 }
 
+/// Constants of `ray_march.march`, in the order of their ids.
+pub const CONSTANTS: [Specialization; 9] = {
+    const fn constant(id: u32, name: &'static str) -> Specialization {
+        Specialization { id, name, value: 0 }
+    }
+    [
+        constant(0, "SKIP_EMPTY"),
+        constant(1, "SHADE"),
+        constant(2, "SPECULAR"),
+        constant(3, "MASKED"),
+        constant(4, "CLIP_BOX"),
+        constant(5, "CLIP_PLANE"),
+        constant(6, "LIGHT_COUNT"),
+        constant(7, "POINT_LIGHTS"),
+        constant(8, "SPREAD"),
+    ]
+};
+
 /// Pixels along the edge of a tile; 64 invocations march one.
 const TILE: u32 = 8;
 
@@ -140,19 +158,20 @@ impl RayMarchPlan {
                 .any(|l| matches!(l, Light::Point { .. }));
         let specular = lit > 0 && params.shading.is_some_and(|s| s.specular > 0.0);
         let values = [
-            ("SKIP_EMPTY", u32::from(self.medium.cells.is_some())),
-            ("SHADE", u32::from(shade)),
-            ("SPECULAR", u32::from(specular)),
-            ("MASKED", u32::from(self.medium.masked)),
-            ("CLIP_BOX", u32::from(scene.clip.bounds.is_some())),
-            ("CLIP_PLANE", u32::from(scene.clip.plane.is_some())),
-            ("LIGHT_COUNT", lit),
-            ("POINT_LIGHTS", u32::from(points)),
-            ("SPREAD", limits.worker_threads),
+            u32::from(self.medium.cells.is_some()),
+            u32::from(shade),
+            u32::from(specular),
+            u32::from(self.medium.masked),
+            u32::from(scene.clip.bounds.is_some()),
+            u32::from(scene.clip.plane.is_some()),
+            lit,
+            u32::from(points),
+            limits.worker_threads,
         ];
-        self.specialization = (0..)
+        self.specialization = CONSTANTS
+            .into_iter()
             .zip(values)
-            .map(|(id, (name, value))| Specialization { id, name, value })
+            .map(|(constant, value)| Specialization { value, ..constant })
             .collect();
         let mut omit = |what, left_out: bool, why: &str| {
             if left_out {

@@ -17,7 +17,9 @@ pub fn march(scene: &Scene, params: &RayMarchParams, at: DVec2) -> DVec4 {
     let Some((t0, t1)) = interval(scene, origin, direction, t_min) else {
         return background.extend(0.0);
     };
-    let count = ((t1 - t0) / step_length(scene, params)).ceil().max(1.0);
+    let count = ((t1 - t0) / step_length(scene, params) - 1e-3)
+        .ceil()
+        .max(1.0);
     let dt = (t1 - t0) / count;
     let index_from_world = scene.volume.grid.world_from_index.inverse();
     let tf = &scene.medium.transfer_function;

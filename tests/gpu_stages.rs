@@ -1,0 +1,206 @@
+//! Which stages run after which change, that every barrier is needed, and that the device holds
+//! what the plan says.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{cube, device, points, scene, volume, with};
+use glam::{DVec3, Vec3};
+use tyndall::gpu::{Device, GpuError};
+use tyndall::scene::{Light, Scene, Shading};
+use tyndall::technique::{RenderError, Renderer};
+use tyndall::volume::ScalarType;
+
+fn lit_scene() -> Scene {
+    let v = volume(cube(20), ScalarType::U16, |i| f64::from(i.x * i.y * i.z));
+    let tf = points(&[
+        (0.0, Vec3::ONE, 0.0),
+        (900.0, Vec3::ONE, 0.0),
+        (7000.0, Vec3::ONE, 0.5),
+    ]);
+    with(scene(v, tf), |p| p.shading = Some(Shading::default()))
+}
+
+/// Stages that run for `next` after `renderer` has rendered something else.
+fn ran(renderer: &mut Renderer, next: Scene) -> Vec<String> {
+    renderer.set_scene(next).unwrap();
+    let (_, report) = renderer.render(&mut |_, _, _| {}).unwrap();
+    report.stages.into_iter().map(|s| s.name).collect()
+}
+
+const TABLE: [&str; 3] = [
+    "medium.upload_table",
+    "medium.cell_occupancy",
+    "medium.cell_distance",
+];
+const MARCH: [&str; 2] = ["ray_march.march", "ray_march.read_back"];
+
+#[test]
+fn a_change_runs_only_what_depends_on_it() {
+    let device = device();
+    let base = lit_scene();
+    let mut renderer = Renderer::new(&device, base.clone()).unwrap();
+    let everything = [
+        "medium.upload_volume",
+        "medium.cell_min_max",
+        "medium.upload_table",
+        "medium.cell_occupancy",
+        "medium.cell_distance",
+        "ray_march.march",
+        "ray_march.read_back",
+    ];
+    assert_eq!(ran(&mut renderer, base.clone()), everything, "first frame");
+    assert!(
+        ran(&mut renderer, base.clone()).is_empty(),
+        "nothing changed"
+    );
+
+    let mut s = base.clone();
+    s.camera = s.camera.orbit(10.0);
+    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "camera");
+    s.lights = vec![Light::Environment {
+        radiance: Vec3::ONE,
+    }];
+    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "light");
+    s.medium.phase_g = 0.5;
+    assert!(
+        ran(&mut renderer, s.clone()).is_empty(),
+        "phase: emission-absorption does not scatter"
+    );
+    s.medium.density_scale = 2.0;
+    assert_eq!(
+        ran(&mut renderer, s.clone()),
+        [&TABLE[..], &MARCH].concat(),
+        "transfer function"
+    );
+    s.image.width = 40;
+    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "image");
+    s.clip.bounds = Some((DVec3::splat(-5.0), DVec3::splat(5.0)));
+    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "clip");
+    s = with(s, |p| p.step = 0.7);
+    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "parameters");
+    s = with(s, |p| p.shading = None);
+    ran(&mut renderer, s.clone());
+    s.lights = vec![Light::Environment {
+        radiance: Vec3::splat(0.5),
+    }];
+    assert!(
+        ran(&mut renderer, s.clone()).is_empty(),
+        "light, which nothing shows without shading"
+    );
+    s.volume = Arc::new((*s.volume).clone());
+    assert_eq!(ran(&mut renderer, s), everything, "volume");
+}
+
+#[test]
+fn a_changed_scene_shows_what_a_fresh_one_shows() {
+    let device = device();
+    let base = lit_scene();
+    let mut renderer = Renderer::new(&device, base.clone()).unwrap();
+    renderer.render(&mut |_, _, _| {}).unwrap();
+    let mut opaque = base.clone();
+    opaque.medium.transfer_function = points(&[(0.0, Vec3::ONE, 0.2)]);
+    let mut float = base.clone();
+    float.volume = Arc::new(volume(cube(9), ScalarType::F32, |i| f64::from(i.x * 800)));
+    float.statistics = Arc::new(tyndall::volume::Statistics::of(&float.volume));
+    let mut wide = base.clone();
+    (wide.image.width, wide.image.height) = (50, 20);
+    for (what, next) in [
+        ("no empty value", opaque),
+        ("another volume", float),
+        ("another size", wide),
+        ("back", base),
+    ] {
+        renderer.set_scene(next.clone()).unwrap();
+        let (image, _) = renderer.render(&mut |_, _, _| {}).unwrap();
+        assert_eq!(image, common::render_beside(&device, &next), "{what}");
+    }
+}
+
+#[test]
+fn every_barrier_that_orders_two_stages_is_missed_when_left_out() {
+    // Software drivers run in order, so that only validation can tell. Barriers are numbered within
+    // a submission; the ones of the cells are the longest chain.
+    let mut caught = 0;
+    for index in 0..8 {
+        let device = device();
+        device.omit_barrier(Some(index));
+        let mut renderer = Renderer::new(&device, lit_scene()).unwrap();
+        match renderer.render(&mut |_, _, _| {}) {
+            Err(RenderError::Gpu(GpuError::Validation(messages))) => {
+                assert!(!messages.is_empty());
+                caught += 1;
+            }
+            Err(other) => panic!("barrier {index}: {other}"),
+            Ok(_) => {}
+        }
+    }
+    assert_eq!(
+        caught, 8,
+        "each of the eight barriers of the longest submission is needed"
+    );
+}
+
+#[test]
+fn a_hazard_between_two_dispatches_is_a_failure() {
+    // Leaving out barrier 3 (RAW and WAR between the passes along x and y) is a hazard by its name.
+    let device = device();
+    device.omit_barrier(Some(3));
+    let mut renderer = Renderer::new(&device, lit_scene()).unwrap();
+    let Err(RenderError::Gpu(GpuError::Validation(messages))) = renderer.render(&mut |_, _, _| {})
+    else {
+        panic!("validation did not see the missing barrier");
+    };
+    assert!(
+        messages
+            .iter()
+            .any(|m| m.contains("SYNC-HAZARD") || m.contains("layout")),
+        "{messages:?}"
+    );
+}
+
+#[test]
+fn the_device_holds_what_the_plan_says_and_nothing_after() {
+    let device = device();
+    let mut renderer = Renderer::new(&device, lit_scene()).unwrap();
+    assert!(named(&device).is_empty(), "a plan allocates nothing");
+    renderer.render(&mut |_, _, _| {}).unwrap();
+    let live = named(&device);
+    for resource in &renderer.plan().resources {
+        let bytes = live
+            .iter()
+            .find(|(name, _)| name == resource.name)
+            .map(|(_, bytes)| *bytes);
+        assert!(
+            bytes.is_some_and(|b| b >= resource.bytes),
+            "{}: {bytes:?}",
+            resource.name
+        );
+    }
+    drop(renderer);
+    assert!(named(&device).is_empty(), "{:?}", named(&device));
+}
+
+fn named(device: &Device) -> Vec<(String, u64)> {
+    device
+        .live_allocations()
+        .into_iter()
+        .map(|a| (a.name, a.bytes))
+        .collect()
+}
+
+#[test]
+fn a_scene_beyond_the_heap_is_refused_before_anything_is_allocated() {
+    let device = device();
+    let plan = Renderer::new(&device, lit_scene()).unwrap();
+    let mut limits = device.info().limits;
+    limits.heap_bytes = 1000;
+    let message = plan.plan().check(&limits).unwrap_err().to_string();
+    assert!(
+        message.contains("transfer_function 16.384 kB (widen the transfer"),
+        "{message}"
+    );
+    assert!(named(&device).is_empty());
+}

@@ -1,0 +1,192 @@
+//! What Rust writes is what the shaders read: offsets, sizes, binding kinds, constants.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::mem::offset_of;
+
+use spirq::prelude::*;
+use spirq::ty::DescriptorType;
+use tyndall::gpu::shader::{self, Shader};
+use tyndall::gpu::{BindingKind, StageLayout};
+use tyndall::technique::ViewUniform;
+use tyndall::technique::medium::{self, OccupancyPush};
+use tyndall::technique::ray_march::{self, MarchLight, MarchPush, MarchUniform};
+
+fn reflect(shader: &Shader) -> EntryPoint {
+    let mut config = ReflectConfig::new();
+    config
+        .spv(shader.words().unwrap())
+        .ref_all_rscs(true)
+        .combine_img_samplers(true);
+    config.reflect().unwrap().remove(0)
+}
+
+fn layouts() -> Vec<StageLayout> {
+    [medium::LAYOUTS, ray_march::LAYOUTS].concat()
+}
+
+/// Offsets of a block's members in declaration order, and its size.
+fn block(shader: &Shader, wanted: Option<u32>) -> (Vec<usize>, usize) {
+    for variable in reflect(shader).vars {
+        let found = match &variable {
+            Variable::PushConstant { ty, .. } if wanted.is_none() => Some(ty.clone()),
+            Variable::Descriptor {
+                desc_bind,
+                ty,
+                desc_ty: DescriptorType::UniformBuffer(),
+                ..
+            } if wanted == Some(desc_bind.bind()) => Some(ty.clone()),
+            _ => None,
+        };
+        if let Some(Type::Struct(s)) = found {
+            let offsets = s.members.iter().map(|m| m.offset.unwrap()).collect();
+            return (offsets, Type::Struct(s).nbyte().unwrap());
+        }
+    }
+    panic!("{}: no such block", shader.name);
+}
+
+#[test]
+fn blocks_have_the_offsets_of_their_rust_structs() {
+    let march = &shader::RAY_MARCH_MARCH;
+    let view = vec![
+        offset_of!(ViewUniform, pivot),
+        offset_of!(ViewUniform, pivot_right),
+        offset_of!(ViewUniform, pivot_up),
+        offset_of!(ViewUniform, forward),
+        offset_of!(ViewUniform, ray_right),
+        offset_of!(ViewUniform, ray_up),
+        offset_of!(ViewUniform, texture_from_world),
+        offset_of!(ViewUniform, clip_min),
+        offset_of!(ViewUniform, clip_max),
+        offset_of!(ViewUniform, clip_plane),
+        offset_of!(ViewUniform, background),
+        offset_of!(ViewUniform, image),
+    ];
+    assert_eq!(block(march, Some(0)), (view, size_of::<ViewUniform>()));
+    let uniform = vec![
+        offset_of!(MarchUniform, table),
+        offset_of!(MarchUniform, dims),
+        offset_of!(MarchUniform, cell_scale),
+        offset_of!(MarchUniform, ambient),
+        offset_of!(MarchUniform, specular),
+        offset_of!(MarchUniform, gradient),
+        offset_of!(MarchUniform, lights),
+    ];
+    assert_eq!(block(march, Some(1)), (uniform, size_of::<MarchUniform>()));
+    assert_eq!(
+        (offset_of!(MarchLight, irradiance), size_of::<MarchLight>()),
+        (16, 32)
+    );
+    let push = vec![
+        offset_of!(MarchPush, first_tile),
+        offset_of!(MarchPush, tile_count),
+        offset_of!(MarchPush, sub_sample),
+    ];
+    assert_eq!(block(march, None), (push, size_of::<MarchPush>()));
+    let push = vec![
+        offset_of!(OccupancyPush, table_min),
+        offset_of!(OccupancyPush, table_scale),
+    ];
+    assert_eq!(
+        block(&shader::MEDIUM_CELL_OCCUPANCY, None),
+        (push, size_of::<OccupancyPush>())
+    );
+    assert_eq!(block(&shader::MEDIUM_CELL_DISTANCE, None), (vec![0], 4));
+}
+
+#[test]
+fn every_binding_is_of_the_declared_kind() {
+    for layout in layouts() {
+        let mut found = vec![None; layout.bindings.len()];
+        let mut push_bytes = 0;
+        for variable in reflect(&layout.shader).vars {
+            match variable {
+                Variable::Descriptor {
+                    desc_bind, desc_ty, ..
+                } => {
+                    assert_eq!(desc_bind.set(), 0, "{}", layout.shader.name);
+                    let kind = match desc_ty {
+                        DescriptorType::CombinedImageSampler() => BindingKind::SampledImage,
+                        DescriptorType::StorageImage(_) => BindingKind::StorageImage,
+                        DescriptorType::UniformBuffer() => BindingKind::UniformBuffer,
+                        other => panic!("{}: {other:?}", layout.shader.name),
+                    };
+                    found[desc_bind.bind() as usize] = Some(kind);
+                }
+                Variable::PushConstant { ty, .. } => push_bytes = ty.nbyte().unwrap(),
+                _ => {}
+            }
+        }
+        for (i, (found, declared)) in found.iter().zip(layout.bindings).enumerate() {
+            assert_eq!(
+                found.as_ref(),
+                Some(declared),
+                "{} binding {i}",
+                layout.shader.name
+            );
+        }
+        assert_eq!(
+            push_bytes, layout.push_bytes as usize,
+            "{}",
+            layout.shader.name
+        );
+        assert!(layout.push_bytes <= 128);
+    }
+}
+
+#[test]
+fn every_shader_has_a_layout_and_fits_the_smallest_limits() {
+    let names: Vec<_> = layouts().iter().map(|l| l.shader.name).collect();
+    for shader in shader::ALL {
+        assert!(
+            names.contains(&shader.name),
+            "{} has no layout",
+            shader.name
+        );
+        let [x, y, z] = shader.local_size().unwrap();
+        // Vulkan's required minimum; x a multiple of 8 fills the lanes of software drivers.
+        assert!(
+            x * y * z <= 128 && x % 8 == 0,
+            "{}: {x} x {y} x {z}",
+            shader.name
+        );
+    }
+}
+
+#[test]
+fn specialisation_constants_have_the_ids_the_plan_gives_them() {
+    let constants = |shader: &Shader| -> Vec<(u32, String)> {
+        let source = std::fs::read_to_string(format!(
+            "{}/glsl/{}.comp",
+            env!("CARGO_MANIFEST_DIR"),
+            shader.name.replace('.', "/")
+        ))
+        .unwrap();
+        let lines = source
+            .lines()
+            .filter_map(|l| l.strip_prefix("layout(constant_id = "));
+        lines
+            .map(|l| {
+                let (id, rest) = l.split_once(')').unwrap();
+                (
+                    id.parse().unwrap(),
+                    rest.split_whitespace().nth(2).unwrap().to_owned(),
+                )
+            })
+            .collect()
+    };
+    let cells = tyndall::technique::medium::CellsPlan {
+        size: 4,
+        dims: glam::UVec3::ONE,
+        reach: 15,
+    };
+    for (shader, given) in [
+        (shader::MEDIUM_CELL_MIN_MAX, cells.min_max_constants()),
+        (shader::MEDIUM_CELL_OCCUPANCY, cells.reach_constants()),
+        (shader::MEDIUM_CELL_DISTANCE, cells.reach_constants()),
+        (shader::RAY_MARCH_MARCH, ray_march::CONSTANTS.to_vec()),
+    ] {
+        let given: Vec<_> = given.iter().map(|c| (c.id, c.name.to_owned())).collect();
+        assert_eq!(constants(&shader), given, "{}", shader.name);
+    }
+}

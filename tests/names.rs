@@ -1,0 +1,154 @@
+//! One technique, one name; one word a stage: folders, shaders, labels and READMEs agree.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use tyndall::gpu::shader;
+use tyndall::shaders::{sources, stale};
+use tyndall::technique;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn folders(path: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(path)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.is_dir())
+        .map(|p| p.file_name().unwrap().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Every stage that has a name anywhere in the program.
+fn stages() -> Vec<&'static str> {
+    use technique::{medium::stage as m, ray_march::stage as r};
+    vec![
+        m::UPLOAD_VOLUME,
+        m::UPLOAD_MASK,
+        m::UPLOAD_TABLE,
+        m::CELL_MIN_MAX,
+        m::CELL_OCCUPANCY,
+        m::CELL_DISTANCE,
+        r::MARCH,
+        r::READ_BACK,
+    ]
+}
+
+#[test]
+fn a_technique_has_one_name_in_every_tree() {
+    let mut expected: Vec<_> = technique::NAMES.iter().map(|n| (*n).to_owned()).collect();
+    expected.push("medium".to_owned());
+    expected.sort();
+    assert_eq!(folders(&root().join("src/technique")), expected);
+    assert_eq!(folders(&root().join("spirv")), expected);
+    let glsl: Vec<_> = folders(&root().join("glsl"))
+        .into_iter()
+        .filter(|n| n != "shared")
+        .collect();
+    assert_eq!(glsl, expected);
+    for name in &expected {
+        assert!(
+            root()
+                .join(format!("src/technique/{name}/README.md"))
+                .is_file(),
+            "{name}"
+        );
+    }
+    for name in technique::NAMES {
+        assert!(
+            root().join(format!("tests/goldens/{name}")).is_dir(),
+            "goldens of {name}"
+        );
+    }
+}
+
+#[test]
+fn every_shader_is_registered_under_its_path_and_named_like_its_stage() {
+    let mut registered: Vec<_> = shader::ALL
+        .iter()
+        .map(|s| s.name.replace('.', "/"))
+        .collect();
+    registered.sort();
+    assert_eq!(registered, sources(&root()).unwrap());
+    for shader in shader::ALL {
+        assert!(
+            stages().contains(&shader.name),
+            "{} is no stage",
+            shader.name
+        );
+    }
+}
+
+#[test]
+fn every_stage_has_a_heading_in_its_readme() {
+    for stage in stages() {
+        let folder = stage.split('.').next().unwrap();
+        let readme =
+            fs::read_to_string(root().join(format!("src/technique/{folder}/README.md"))).unwrap();
+        assert!(
+            readme.contains(&format!("### {stage}\n")),
+            "{stage} has no heading in {folder}/README.md"
+        );
+    }
+}
+
+#[test]
+fn every_module_is_fresh() {
+    let stale = stale(&root()).unwrap();
+    assert!(
+        stale.is_empty(),
+        "{}\nrun: cargo run --features shader-compiler -- compile-shaders",
+        stale.join("\n")
+    );
+}
+
+#[test]
+fn shaders_are_short_and_begin_with_their_header() {
+    for name in sources(&root()).unwrap() {
+        let source = fs::read_to_string(root().join(format!("glsl/{name}.comp"))).unwrap();
+        let header: Vec<_> = source.lines().take_while(|l| l.starts_with("//")).collect();
+        let text = header.join(" ");
+        assert!(
+            header.len() >= 3,
+            "{name}: a header says what, over which domain, and who dispatches"
+        );
+        assert!(
+            text.contains("Domain:") && text.contains("ispatched by"),
+            "{name}"
+        );
+        assert!(
+            source.lines().count() < 250,
+            "{name}: {} lines",
+            source.lines().count()
+        );
+    }
+}
+
+#[test]
+fn unsafe_code_and_raw_vulkan_stay_in_gpu() {
+    fn walk(folder: &Path, check: &mut dyn FnMut(&Path, &str)) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, check);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                check(&path, &fs::read_to_string(&path).unwrap());
+            }
+        }
+    }
+    walk(&root().join("src"), &mut |path, text| {
+        if !path.starts_with(root().join("src/gpu")) {
+            assert!(!text.contains("unsafe {"), "{}", path.display());
+            assert!(!text.contains("use ash"), "{}", path.display());
+        }
+        assert!(
+            !text.contains("ALL_COMMANDS)") && !text.contains("::ALL_COMMANDS"),
+            "{}",
+            path.display()
+        );
+    });
+}
