@@ -1,0 +1,176 @@
+//! Small images against the ones that were looked at and blessed: `tests/goldens/<technique>/<scene>/`.
+//!
+//! Exposure is fixed, so that an image's brightness is compared too. A failure writes the current
+//! image and the difference beside the build; `TYNDALL_BLESS=1 cargo test --test gpu_goldens` accepts.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use common::{device, render};
+use tyndall::output::difference::{Difference, compare, picture};
+use tyndall::output::png::{self, BitDepth};
+use tyndall::output::tone_map::{Alpha, ToneMapping, to_display};
+use tyndall::output::{Display, Metadata};
+use tyndall::scene::file::{Override, SceneFile};
+
+/// Software drivers differ between processors by a level or two (order of f32 operations, no fused
+/// multiply-add); nothing else may.
+const LEVELS: u8 = 2;
+
+/// Scene file, its overrides: small, and from several corners of the technique.
+const CASES: [(&str, &str, &[&str]); 7] = [
+    ("supernova", "default", &["volume.procedural.resolution=48"]),
+    (
+        "shepp_logan",
+        "shepp_logan",
+        &["volume.procedural.resolution=40"],
+    ),
+    (
+        "mechanical_part",
+        "mechanical_part",
+        &["volume.procedural.resolution=48"],
+    ),
+    (
+        "mechanical_part_orthographic",
+        "mechanical_part",
+        &[
+            "volume.procedural.resolution=40",
+            "camera.orthographic_height=2.4",
+            "technique.ray_march.step=0.25",
+        ],
+    ),
+    (
+        "cloud",
+        "cloud",
+        &[
+            "volume.procedural.resolution=32",
+            "image.samples_per_axis=2",
+        ],
+    ),
+    (
+        "marschner_lobb_cut",
+        "marschner_lobb",
+        &[
+            "volume.procedural.resolution=32",
+            "clip.box={min=[-1.0,-0.3,-1.0],max=[1.0,1.0,1.0]}",
+        ],
+    ),
+    (
+        "inside",
+        "default",
+        &[
+            "volume.procedural.resolution=40",
+            "camera.eye=[0.2,-0.3,0.1]",
+            "camera.vfov_deg=80.0",
+            "technique.ray_march.empty_space_skipping=false",
+        ],
+    ),
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn rendered(scene: &str, overrides: &[&str]) -> Display {
+    let fixed = ["image.width=96", "image.height=72", "image.exposure=0.0"];
+    let overrides: Vec<_> = fixed
+        .iter()
+        .chain(overrides)
+        .map(|o| Override::parse(o).unwrap())
+        .collect();
+    let path = root().join(format!("assets/scenes/{scene}.toml"));
+    let scene = SceneFile::load(&path, &overrides)
+        .unwrap()
+        .resolve(&mut |_, _, _| {})
+        .unwrap();
+    let operator = scene.image.tone_map;
+    let image = render(&device(), &scene);
+    assert_eq!(image.non_finite(), 0);
+    to_display(
+        &image,
+        &ToneMapping {
+            stops: 0.0,
+            operator,
+        },
+        Alpha::Opaque,
+    )
+}
+
+fn write(path: &Path, display: &Display) {
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    png::write_display(path, display, BitDepth::Eight, false, &Metadata::new()).unwrap();
+}
+
+fn golden(name: &str) -> PathBuf {
+    root().join(format!("tests/goldens/ray_march/{name}/golden.png"))
+}
+
+#[test]
+fn images_are_the_blessed_ones() {
+    let mut failures = Vec::new();
+    for (name, scene, overrides) in CASES {
+        let found = rendered(scene, overrides);
+        if std::env::var_os("TYNDALL_BLESS").is_some() {
+            write(&golden(name), &found);
+        }
+        let expected = png::read(&golden(name))
+            .unwrap_or_else(|e| panic!("{e}; bless it with TYNDALL_BLESS=1"));
+        let difference = compare(&found, &expected, LEVELS).unwrap();
+        if difference.pixels_beyond > 0 {
+            let folder = root().join(format!("target/goldens/ray_march/{name}"));
+            write(&folder.join("current.png"), &found);
+            write(
+                &folder.join("difference.png"),
+                &picture(&found, &expected, 16.0).unwrap(),
+            );
+            failures.push(format!("{name}: {difference:?}, see {}", folder.display()));
+        }
+    }
+    assert!(
+        failures.is_empty(),
+        "{}\nif they are right: TYNDALL_BLESS=1 cargo test --test gpu_goldens",
+        failures.join("\n")
+    );
+}
+
+/// The difference from a golden that a wrong render makes.
+fn wrong(name: &str, scene: &str, overrides: &[&str]) -> Difference {
+    compare(
+        &rendered(scene, overrides),
+        &png::read(&golden(name)).unwrap(),
+        LEVELS,
+    )
+    .unwrap()
+}
+
+#[test]
+fn wrong_images_are_told_apart() {
+    // A light from the other side, a camera half a degree aside, a density 3 % off, another filter
+    // of the volume's data: each must be seen.
+    let size = "volume.procedural.resolution=48";
+    let mechanical = |more: &str| wrong("mechanical_part", "mechanical_part", &[size, more]);
+    let light = "lights=[{directional={direction=[-1.0,0.4,-0.6],irradiance=3.14159}}]";
+    let cases = [
+        ("light", mechanical(light)),
+        ("camera", mechanical("camera.azimuth_deg=45.5")),
+        (
+            "density",
+            wrong("supernova", "default", &[size, "medium.density_scale=1.03"]),
+        ),
+        (
+            "resolution",
+            wrong("supernova", "default", &["volume.procedural.resolution=47"]),
+        ),
+        (
+            "exposure",
+            wrong("supernova", "default", &[size, "image.exposure=0.1"]),
+        ),
+    ];
+    for (what, difference) in cases {
+        // Far more than rounding could move.
+        assert!(difference.pixels_beyond > 60, "{what}: {difference:?}");
+    }
+}
