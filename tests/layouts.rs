@@ -175,7 +175,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
             })
             .collect()
     };
-    let cells = tyndall::technique::medium::CellsPlan {
+    let cells = medium::CellsPlan {
         size: 4,
         dims: glam::UVec3::ONE,
         reach: 15,

@@ -314,7 +314,7 @@ fn the_large_bunny_has_its_grid() {
 }
 
 #[test]
-#[ignore = "decodes 190 MB of bzip2: several seconds"]
+
 fn the_large_bunny_has_its_range() {
     let Some(path) = data("ct/bunny_512x512x361_i16be.nrrd") else {
         return;

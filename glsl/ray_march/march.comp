@@ -134,6 +134,29 @@ int empty_steps(CellRay ray, float i) {
     return reach == 0.0 ? 0 : max(1, int(ceil(nearest)));
 }
 
+// Light gathered so far along a ray.
+struct Path {
+    vec3 radiance;
+    float tau;           // optical depth
+    float transmittance; // exp(-tau)
+};
+
+// A sample of the medium: its colour, and its optical depth over dt.
+float sample_medium(vec3 p, float dt, out vec3 color) {
+    vec4 material = classify(textureLod(volume, p, 0.0).r);
+    color = material.rgb;
+    float dtau = material.a * dt;
+    if (MASKED) dtau *= finite_weight(p);
+    return dtau;
+}
+
+void composite(inout Path path, vec3 source, float dtau) {
+    path.tau += dtau;
+    float transmittance_after = exp(-path.tau);
+    path.radiance += absorbed(path.transmittance, transmittance_after, dtau) * source;
+    path.transmittance = transmittance_after;
+}
+
 vec4 march_ray(Ray ray, vec2 t) {
     float length_t = t.y - t.x;
     // A length of a whole number of steps must not become one more by rounding.
@@ -143,40 +166,45 @@ vec4 march_ray(Ray ray, vec2 t) {
     vec3 x_first = ray.origin + (t.x + 0.5 * dt) * ray.direction;
     vec3 p_first = texture_point(x_first);
     CellRay cells = cell_ray(p_first, dp);
-    vec3 radiance = vec3(0.0);
-    float tau = 0.0;
-    float transmittance = 1.0;
+    float tau_end = march.cell_scale.w;
+    Path path = Path(vec3(0.0), 0.0, 1.0);
+    vec3 color;
     int i = 0;
-    while (i < count && tau < march.cell_scale.w) {
+    while (i < count && path.tau < tau_end) {
         if (SKIP_EMPTY) {
             // Neighbouring rays skip together, so that they also sample together.
-            int skipped = empty_steps(cells, float(i));
-            while (skipped > 0) {
+            int skipped;
+            do {
+                skipped = empty_steps(cells, float(i));
                 i += skipped;
-                skipped = i < count ? empty_steps(cells, float(i)) : 0;
-            }
+            } while (skipped > 0 && i < count);
+            if (i >= count) break;
         }
-        // Between two looks at the cells: four samples, those past the end without weight.
-        for (int k = 0; k < 4; ++k) {
-            vec3 p = p_first + float(i + k) * dp;
-            vec4 material = classify(textureLod(volume, p, 0.0).r);
-            float dtau = material.a * dt;
-            if (MASKED) dtau *= finite_weight(p);
-            dtau = i + k < count && tau < march.cell_scale.w ? dtau : 0.0;
-            if (SHADE) {
-                if (dtau > 0.0) {
-                    vec3 x = x_first + float(i + k) * dt * ray.direction;
-                    material.rgb = shade(material.rgb, world_gradient(p), x, -ray.direction);
-                }
+        // Between two looks at the cells: four samples.
+        if (SHADE) {
+            int block_end = min(i + 4, count);
+            do {
+                // Neighbouring rays wait for each other's next sample with extinction, because the
+                // gradient costs many times as much as a sample.
+                float at, dtau;
+                do {
+                    at = float(i++);
+                    dtau = sample_medium(p_first + at * dp, dt, color);
+                } while (dtau == 0.0 && i < block_end);
+                vec3 x = x_first + at * dt * ray.direction;
+                composite(path, shade(color, world_gradient(p_first + at * dp), x, -ray.direction), dtau);
+            } while (i < block_end && path.tau < tau_end);
+        } else {
+            // Unrolled; samples past the end have no weight.
+            for (int k = 0; k < 4; ++k) {
+                float dtau = sample_medium(p_first + float(i + k) * dp, dt, color);
+                composite(path, color, i + k < count && path.tau < tau_end ? dtau : 0.0);
             }
-            tau += dtau;
-            float transmittance_after = exp(-tau);
-            radiance += absorbed(transmittance, transmittance_after, dtau) * material.rgb;
-            transmittance = transmittance_after;
+            i += 4;
         }
-        i += 4;
     }
-    return vec4(radiance + transmittance * view.background.rgb, tau < 0.03 ? absorbed(1.0, 0.0, tau) : 1.0 - transmittance);
+    float alpha = path.tau < 0.03 ? absorbed(1.0, 0.0, path.tau) : 1.0 - path.transmittance;
+    return vec4(path.radiance + path.transmittance * view.background.rgb, alpha);
 }
 
 void main() {

@@ -21,7 +21,7 @@ pub enum ToneMap {
     /// Clamp to [0, 1].
     #[default]
     Clamp,
-    /// `x / (1 + x)` on luminance [Reinhard2002].
+    /// `x / (1 + x)` on luminance `[Reinhard2002, Eq. 3]`.
     Reinhard,
     /// A filmic curve with toe and shoulder (Narkowicz's fit of ACES).
     Filmic,
@@ -111,7 +111,7 @@ impl Default for Shading {
 pub struct RayMarchParams {
     /// Largest distance between samples, in voxels (of the smallest spacing), in [1/64, 64].
     pub step: f64,
-    /// `None`: the colour is source radiance (emission-absorption, [Max1995]); `Some`: it is lit.
+    /// `None`: the colour is source radiance (emission-absorption, `[Max1995]`); `Some`: it is lit.
     pub shading: Option<Shading>,
     /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off.
     pub early_termination: f64,

@@ -134,6 +134,15 @@ impl Voxels {
     /// If `index` is out of range.
     #[must_use]
     pub fn get(&self, index: usize) -> f64 {
-        with_voxels!(self, v => v[index].into())
+        match self {
+            Self::U8(v) => f64::from(v[index]),
+            Self::I8(v) => f64::from(v[index]),
+            Self::U16(v) => f64::from(v[index]),
+            Self::I16(v) => f64::from(v[index]),
+            Self::U32(v) => f64::from(v[index]),
+            Self::I32(v) => f64::from(v[index]),
+            Self::F32(v) => f64::from(v[index]),
+            Self::F64(v) => v[index],
+        }
     }
 }

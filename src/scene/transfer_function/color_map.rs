@@ -161,7 +161,7 @@ impl Stretch {
 
 /// Rows of four, sorted by value.
 fn quadruples(flat: &[f64], key: &str, what: &str) -> Result<Vec<[f64; 4]>, String> {
-    if flat.len() % 4 != 0 || flat.len() / 4 > MAX_NODES {
+    if !flat.len().is_multiple_of(4) || flat.len() / 4 > MAX_NODES {
         return Err(format!(
             "{key}: found {} numbers, expected rows of four ({what})",
             flat.len()

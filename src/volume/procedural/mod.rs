@@ -22,7 +22,7 @@ const U16_MAX: f64 = 65535.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Procedural {
-    /// The Marschner-Lobb test signal [MarschnerLobb1994].
+    /// The Marschner-Lobb test signal `[MarschnerLobb1994]`.
     MarschnerLobb,
     /// The 3D Shepp-Logan head phantom.
     SheppLogan,
