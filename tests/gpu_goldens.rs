@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use common::{device, render};
 use tyndall::output::difference::{Difference, compare, picture};
 use tyndall::output::png::{self, BitDepth};
-use tyndall::output::tone_map::{Alpha, ToneMapping, to_display};
+use tyndall::output::tone_map::{Alpha, ToneMapping, expose, to_display};
 use tyndall::output::{Display, Metadata};
 use tyndall::scene::file::{Override, SceneFile};
 
@@ -86,13 +86,13 @@ fn rendered(scene: &str, overrides: &[&str]) -> Display {
         .unwrap()
         .resolve(&mut |_, _, _| {})
         .unwrap();
-    let operator = scene.image.tone_map;
+    let (operator, exposure) = (scene.image.tone_map, scene.image.exposure);
     let image = render(&device(), &scene);
     assert_eq!(image.non_finite(), 0);
     to_display(
         &image,
         &ToneMapping {
-            stops: 0.0,
+            stops: expose(&image, exposure),
             operator,
         },
         Alpha::Opaque,

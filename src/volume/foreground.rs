@@ -29,7 +29,7 @@ impl Statistics {
 
     /// Where the background ends and where the foreground's bright end is, as data values.
     ///
-    /// Padding (a lowest value far from all others) is ignored. Where the lowest bin holds much of
+    /// Padding (a negative lowest value far from all others) is ignored. Where the lowest bin holds much of
     /// the volume it is the background; otherwise Otsu's threshold between the two classes of the
     /// histogram decides, taken a little lower so that blurred edges stay in.
     #[must_use]
@@ -37,7 +37,11 @@ impl Statistics {
         let bins: Vec<_> = self.bins().collect();
         let populated = |from: usize| (from..bins.len()).find(|i| bins[*i].1 > 0.0);
         let start = match (populated(0), populated(1)) {
-            (Some(0), Some(next)) if next as f64 > PADDING_GAP * bins.len() as f64 => next,
+            (Some(0), Some(next))
+                if self.min < 0.0 && next as f64 > PADDING_GAP * bins.len() as f64 =>
+            {
+                next
+            }
             _ => 0,
         };
         let bins = &bins[start..];
@@ -93,7 +97,9 @@ fn otsu(bins: &[(f64, f64)], total: f64) -> usize {
             .sum::<f64>()
     };
     let all = moment(bins);
-    let (mut below, mut below_moment, mut best) = (0.0, 0.0, (1, 0.0));
+    let (mut below, mut below_moment) = (0.0, 0.0);
+    // First and last bin of the best plateau: between two clear peaks every bin is as good.
+    let (mut first, mut last, mut best) = (1, 1, 0.0);
     for i in 1..bins.len() {
         below += bins[i - 1].1;
         below_moment += (i - 1) as f64 * bins[i - 1].1;
@@ -103,11 +109,14 @@ fn otsu(bins: &[(f64, f64)], total: f64) -> usize {
         }
         let apart = below_moment / below - (all - below_moment) / above;
         let variance = below * above * apart * apart;
-        if variance > best.1 {
-            best = (i, variance);
+        if variance > best * (1.0 + 1e-9) {
+            (first, best) = (i, variance);
+        }
+        if variance >= best * (1.0 - 1e-9) {
+            last = i;
         }
     }
-    best.0
+    first.midpoint(last)
 }
 
 /// The bin below which most of the foreground lies.
