@@ -10,7 +10,7 @@ use common::{cube, device, points, scene, volume, with};
 use glam::{DVec3, Vec3};
 use tyndall::gpu::{Device, GpuError};
 use tyndall::scene::{Light, Scene, Shading};
-use tyndall::technique::{RenderError, Renderer};
+use tyndall::technique::{RenderError, Renderer, ResourceKind, ResourcePlan};
 use tyndall::volume::ScalarType;
 
 fn lit_scene() -> Scene {
@@ -168,7 +168,8 @@ fn the_device_holds_what_the_plan_says_and_nothing_after() {
     assert!(named(&device).is_empty(), "a plan allocates nothing");
     renderer.render(&mut |_, _, _| {}).unwrap();
     let live = named(&device);
-    for resource in &renderer.plan().resources {
+    let lasting = |r: &&ResourcePlan| r.kind != ResourceKind::Staging;
+    for resource in renderer.plan().resources.iter().filter(lasting) {
         let bytes = live
             .iter()
             .find(|(name, _)| name == resource.name)

@@ -28,7 +28,7 @@ pub use physical::{DeviceInfo, DeviceKind, Limits};
 pub use pipeline::{Binding, BindingKind, ComputePipeline, Resource, Specialization, StageLayout};
 pub use recorder::{Recorder, StageTime};
 pub use sampler::{Sampler, SamplerDesc};
-pub use transfer::{download_image, upload_image};
+pub use transfer::{download_image, staging, upload_image};
 
 // Raw Vulkan words that plans and resources are written in.
 pub use ash::vk::{Filter, Format, ImageType, ImageUsageFlags, SamplerAddressMode};

@@ -33,7 +33,7 @@ pub struct Limits {
     pub max_image_1d: u32,
     /// Largest single allocation, bytes.
     pub max_allocation: u64,
-    /// Bytes of the largest device-local heap (its budget, where the driver tells).
+    /// Bytes of the largest device-local heap, or what it has left where the driver tells.
     pub heap_bytes: u64,
     /// Threads of a software driver, which gives each one contiguous run of workgroups; 1 on GPUs.
     pub worker_threads: u32,
@@ -252,6 +252,42 @@ impl Instance {
         (!missing.is_empty()).then(|| format!("lacks {}", missing.join(", ")))
     }
 
+    /// What the largest device-local heap has left for this process, where the driver tells
+    /// (`VK_EXT_memory_budget`), else its size.
+    fn heap_bytes(&self, raw: vk::PhysicalDevice) -> u64 {
+        // SAFETY: `raw` comes from this instance.
+        let extensions =
+            unsafe { self.raw.enumerate_device_extension_properties(raw) }.unwrap_or_default();
+        let tells = extensions
+            .iter()
+            .any(|e| e.extension_name_as_c_str() == Ok(ash::ext::memory_budget::NAME));
+        let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+        let mut memory = vk::PhysicalDeviceMemoryProperties2::default();
+        if tells {
+            memory = memory.push_next(&mut budget);
+        }
+        // SAFETY: as above; the structure is only chained where the driver knows it.
+        unsafe {
+            self.raw
+                .get_physical_device_memory_properties2(raw, &mut memory)
+        };
+        let heaps = memory.memory_properties;
+        heaps
+            .memory_heaps_as_slice()
+            .iter()
+            .enumerate()
+            .filter(|(_, h)| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+            .map(|(i, h)| {
+                if tells {
+                    h.size.min(budget.heap_budget[i])
+                } else {
+                    h.size
+                }
+            })
+            .max()
+            .unwrap_or(0)
+    }
+
     fn limits(
         &self,
         raw: vk::PhysicalDevice,
@@ -266,15 +302,7 @@ impl Instance {
         } else {
             1
         };
-        // SAFETY: `raw` comes from this instance.
-        let memory = unsafe { self.raw.get_physical_device_memory_properties(raw) };
-        let heap_bytes = memory
-            .memory_heaps_as_slice()
-            .iter()
-            .filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
-            .map(|h| h.size)
-            .max()
-            .unwrap_or(0);
+        let heap_bytes = self.heap_bytes(raw);
         let linear = |format| {
             // SAFETY: `raw` comes from this instance.
             let p = unsafe { self.raw.get_physical_device_format_properties(raw, format) };

@@ -7,6 +7,14 @@ use super::{Access, Buffer, BufferUse, Device, GpuError, Image, Recorder, StageT
 /// Bytes of the staging buffer: large enough to stream at full speed, small beside a volume.
 const STAGING_BYTES: u64 = 16 << 20;
 
+/// Slices (rows for 2D) that one round of staging takes, and the staging buffer's bytes, for an image
+/// of `slices` slices of `slice_bytes` each.
+#[must_use]
+pub fn staging(slice_bytes: u64, slices: u32) -> (u32, u64) {
+    let round = (STAGING_BYTES / slice_bytes.max(1)).clamp(1, u64::from(slices.max(1)));
+    (u32::try_from(round).unwrap_or(1), slice_bytes * round)
+}
+
 /// Fills an image slab by slab through a staging buffer and leaves it ready for sampling.
 ///
 /// `fill(first_slice, slices, bytes)` writes `slices` whole xy-slices (rows for 2D, the one row for
@@ -25,15 +33,9 @@ pub fn upload_image(
 ) -> Result<Vec<StageTime>, GpuError> {
     let extent = image.desc().extent;
     let slice_bytes = u64::from(extent.x) * u64::from(extent.y) * texel_bytes;
-    let slices = u32::try_from((STAGING_BYTES / slice_bytes.max(1)).clamp(1, u64::from(extent.z)))
-        .unwrap_or(1);
+    let (slices, bytes) = staging(slice_bytes, extent.z);
     let name = format!("{} staging", image.name());
-    let staging = Buffer::new(
-        device,
-        &name,
-        slice_bytes * u64::from(slices),
-        BufferUse::Upload,
-    )?;
+    let staging = Buffer::new(device, &name, bytes, BufferUse::Upload)?;
     let total = slice_bytes * u64::from(extent.z);
     let mut seconds = 0.0;
     let mut z = 0;

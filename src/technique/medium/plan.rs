@@ -3,7 +3,7 @@
 use glam::UVec3;
 
 use super::{Encoding, Table};
-use crate::gpu::{Format, Limits, Specialization};
+use crate::gpu::{Format, Limits, Specialization, staging};
 use crate::scene::Scene;
 use crate::technique::{Input, Inputs, Omission, PlanError, ResourceKind, ResourcePlan, StagePlan};
 
@@ -174,6 +174,16 @@ impl MediumPlan {
             bytes: voxels(self.dims) * self.encoding.texel_bytes(),
             shrink: "resample or crop the volume, or store it in fewer bits",
         }];
+        let slice = u64::from(self.dims.x) * u64::from(self.dims.y) * self.encoding.texel_bytes();
+        let (_, bytes) = staging(slice, self.dims.z);
+        list.push(ResourcePlan {
+            name: "volume staging",
+            kind: ResourceKind::Staging,
+            extent: UVec3::new(u32::try_from(bytes).unwrap_or(u32::MAX), 1, 1),
+            format: Format::UNDEFINED,
+            bytes,
+            shrink: "resample or crop the volume",
+        });
         if self.masked {
             let why = "replace NaN and infinite voxels in the file";
             list.push(auxiliary(

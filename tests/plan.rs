@@ -1,0 +1,316 @@
+//! The plan is pure data: what a scene needs, decided without a GPU.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{constant, cube, points, scene, volume, with};
+use glam::{DVec3, UVec3, Vec3};
+use tyndall::gpu::{Format, Limits};
+use tyndall::scene::{Light, Plane, Scene, Shading};
+use tyndall::technique::{Input, Plan, ResourceKind, plan};
+use tyndall::volume::{Grid, ScalarType};
+
+/// A modest desktop GPU.
+const LIMITS: Limits = Limits {
+    max_image_3d: 2048,
+    max_image_2d: 16384,
+    max_image_1d: 16384,
+    max_allocation: 4 << 30,
+    heap_bytes: 8 << 30,
+    worker_threads: 1,
+    linear_r16_unorm: true,
+    linear_r32_sfloat: true,
+    linear_rgba32_sfloat: true,
+};
+
+fn sparse() -> Scene {
+    let v = volume(cube(64), ScalarType::U16, |i| f64::from(i.x));
+    scene(
+        v,
+        points(&[
+            (0.0, Vec3::ONE, 0.0),
+            (30.0, Vec3::ONE, 0.0),
+            (60.0, Vec3::ONE, 0.5),
+        ]),
+    )
+}
+
+fn constants(p: &Plan) -> Vec<(&'static str, u32)> {
+    let march = p
+        .stages
+        .iter()
+        .find(|s| s.name == "ray_march.march")
+        .unwrap();
+    march
+        .specialization
+        .iter()
+        .map(|c| (c.name, c.value))
+        .collect()
+}
+
+fn has(p: &Plan, resource: &str) -> bool {
+    p.resources.iter().any(|r| r.name == resource)
+}
+
+fn left_out<'a>(p: &'a Plan, what: &str) -> Option<&'a str> {
+    p.omitted
+        .iter()
+        .find(|o| o.what == what)
+        .map(|o| o.why.as_str())
+}
+
+#[test]
+fn a_scene_gets_only_what_it_can_show() {
+    let p = plan(&sparse(), &LIMITS).unwrap();
+    assert_eq!(
+        constants(&p),
+        [
+            ("SKIP_EMPTY", 1),
+            ("SHADE", 0),
+            ("SPECULAR", 0),
+            ("MASKED", 0),
+            ("CLIP_BOX", 0),
+            ("CLIP_PLANE", 0),
+            ("LIGHT_COUNT", 0),
+            ("POINT_LIGHTS", 0),
+            ("SPREAD", 1)
+        ]
+    );
+    assert!(!has(&p, "finite_mask") && has(&p, "cell_min_max"));
+    assert!(left_out(&p, "gradient").unwrap().contains("shading is off"));
+    assert!(
+        left_out(&p, "lights")
+            .unwrap()
+            .contains("no light is looked at")
+    );
+    assert!(left_out(&p, "phase function").is_some());
+    let march = p
+        .stages
+        .iter()
+        .find(|s| s.name == "ray_march.march")
+        .unwrap();
+    assert!(!march.depends_on.contains(Input::Light) && !march.depends_on.contains(Input::Phase));
+}
+
+#[test]
+fn what_a_scene_adds_is_compiled_in() {
+    let mut s = with(sparse(), |p| p.shading = Some(Shading::default()));
+    s.lights.push(Light::Point {
+        position: DVec3::ONE,
+        intensity: Vec3::ONE,
+        falloff: Default::default(),
+    });
+    s.lights.push(Light::Environment {
+        radiance: Vec3::ONE,
+    });
+    s.clip.plane = Some(Plane {
+        point: DVec3::ZERO,
+        normal: DVec3::X,
+    });
+    let p = plan(&s, &LIMITS).unwrap();
+    let value = |name| constants(&p).into_iter().find(|c| c.0 == name).unwrap().1;
+    assert_eq!(
+        (
+            value("SHADE"),
+            value("SPECULAR"),
+            value("LIGHT_COUNT"),
+            value("POINT_LIGHTS")
+        ),
+        (1, 1, 2, 1)
+    );
+    assert_eq!((value("CLIP_BOX"), value("CLIP_PLANE")), (0, 1));
+    let march = p
+        .stages
+        .iter()
+        .find(|s| s.name == "ray_march.march")
+        .unwrap();
+    assert!(march.depends_on.contains(Input::Light));
+    let matt = with(s, |p| {
+        p.shading = Some(Shading {
+            specular: 0.0,
+            ..Shading::default()
+        })
+    });
+    assert_eq!(
+        left_out(&plan(&matt, &LIMITS).unwrap(), "specular"),
+        Some("shading.specular is 0")
+    );
+}
+
+#[test]
+fn cells_go_where_nothing_can_be_skipped() {
+    let opaque = scene(
+        volume(cube(8), ScalarType::U8, |i| f64::from(i.x)),
+        constant(Vec3::ONE, 0.1),
+    );
+    let p = plan(&opaque, &LIMITS).unwrap();
+    assert!(!has(&p, "cell_min_max") && !p.stages.iter().any(|s| s.name.contains("cell")));
+    assert!(
+        left_out(&p, "cells")
+            .unwrap()
+            .contains("no data value empty")
+    );
+    let off = with(sparse(), |p| p.empty_space_skipping = false);
+    assert!(
+        left_out(&plan(&off, &LIMITS).unwrap(), "cells")
+            .unwrap()
+            .contains("off")
+    );
+}
+
+#[test]
+fn formats_keep_the_precision_of_the_data() {
+    let expected = [
+        (ScalarType::U8, Format::R8_UNORM),
+        (ScalarType::I8, Format::R8_UNORM),
+        (ScalarType::U16, Format::R16_UNORM),
+        (ScalarType::I16, Format::R16_UNORM),
+        (ScalarType::U32, Format::R32_SFLOAT),
+        (ScalarType::I32, Format::R32_SFLOAT),
+        (ScalarType::F32, Format::R32_SFLOAT),
+        (ScalarType::F64, Format::R32_SFLOAT),
+    ];
+    let format = |scalar_type, limits: &Limits| {
+        let s = scene(
+            volume(cube(4), scalar_type, |i| f64::from(i.x)),
+            constant(Vec3::ONE, 0.1),
+        );
+        plan(&s, limits)
+            .map(|p| p.resources[0].format)
+            .map_err(|e| e.to_string())
+    };
+    for (scalar_type, wanted) in expected {
+        assert_eq!(format(scalar_type, &LIMITS), Ok(wanted), "{scalar_type}");
+    }
+    let poor = Limits {
+        linear_r16_unorm: false,
+        ..LIMITS
+    };
+    assert_eq!(format(ScalarType::I16, &poor), Ok(Format::R32_SFLOAT));
+    let poorer = Limits {
+        linear_r32_sfloat: false,
+        ..LIMITS
+    };
+    assert!(
+        format(ScalarType::F32, &poorer)
+            .unwrap_err()
+            .contains("linear filtering")
+    );
+}
+
+#[test]
+fn memory_beyond_volume_and_image_stays_under_a_tenth() {
+    for scalar_type in [ScalarType::U8, ScalarType::U16, ScalarType::F32] {
+        let v = volume(cube(128), scalar_type, |i| f64::from(i.x));
+        let s = scene(
+            v,
+            points(&[
+                (0.0, Vec3::ONE, 0.0),
+                (60.0, Vec3::ONE, 0.0),
+                (99.0, Vec3::ONE, 0.5),
+            ]),
+        );
+        let p = plan(&s, &LIMITS).unwrap();
+        let sum = |kind| {
+            p.resources
+                .iter()
+                .filter(|r| r.kind == kind)
+                .map(|r| r.bytes)
+                .sum::<u64>()
+        };
+        let (aux, vol) = (sum(ResourceKind::Auxiliary), sum(ResourceKind::Volume));
+        assert!(10 * aux < vol, "{scalar_type}: {aux} beside {vol}");
+        assert_eq!(p.bytes(), vol + aux + sum(ResourceKind::Image));
+    }
+}
+
+#[test]
+fn no_submission_runs_long_and_no_dispatch_is_too_wide() {
+    let mut s = with(sparse(), |p| p.step = 0.05);
+    (s.image.width, s.image.height, s.image.samples_per_axis) = (4096, 4096, 2);
+    let p = plan(&s, &LIMITS).unwrap();
+    let march = p
+        .stages
+        .iter()
+        .find(|s| s.name == "ray_march.march")
+        .unwrap();
+    // 2^24 pixels of 64 sqrt(3) / 0.05 samples at most, 2^28 a submission, four sub-samples.
+    let samples = (64.0 * 3f64.sqrt() / 0.05).ceil() * f64::from(1 << 24);
+    let bands = (samples / f64::from(1 << 28)).ceil();
+    assert!(
+        f64::from(march.dispatches) >= 4.0 * bands && f64::from(march.dispatches) < 5.0 * bands
+    );
+}
+
+#[test]
+fn refusals_name_what_was_found_the_limit_and_the_fix() {
+    let message = |s: &Scene, limits: &Limits| {
+        let planned = plan(s, limits).and_then(|p| p.check(limits).map(|()| p));
+        planned.unwrap_err().to_string()
+    };
+    let long = Grid::centred(UVec3::new(1, 1, 3000), DVec3::ONE);
+    let long = scene(
+        volume(long, ScalarType::U8, |_| 1.0),
+        constant(Vec3::ONE, 0.1),
+    );
+    let m = message(&long, &LIMITS);
+    assert!(
+        m.contains("1 x 1 x 3000") && m.contains("2048") && m.contains("crop"),
+        "{m}"
+    );
+    let mut wide = sparse();
+    wide.image.width = 5000;
+    let m = message(
+        &wide,
+        &Limits {
+            max_image_2d: 4096,
+            ..LIMITS
+        },
+    );
+    assert!(
+        m.contains("5000 x 32") && m.contains("4096") && m.contains("image.width"),
+        "{m}"
+    );
+    let m = message(
+        &sparse(),
+        &Limits {
+            heap_bytes: 100_000,
+            ..LIMITS
+        },
+    );
+    assert!(
+        m.contains("100.000 kB") && m.contains("volume 524.288 kB"),
+        "{m}"
+    );
+    let m = message(
+        &sparse(),
+        &Limits {
+            max_allocation: 1000,
+            ..LIMITS
+        },
+    );
+    assert!(
+        m.contains("volume: 524.288 kB") && m.contains("1.000 kB"),
+        "{m}"
+    );
+}
+
+#[test]
+fn a_plan_reads_well_as_text_and_json() {
+    let p = plan(&sparse(), &LIMITS).unwrap();
+    let text = p.to_string();
+    for word in [
+        "ray_march.march",
+        "medium.cell_distance",
+        "R16_UNORM",
+        "524.288 kB",
+        "left out",
+        "SKIP_EMPTY = 1",
+    ] {
+        assert!(text.contains(word), "{word} in\n{text}");
+    }
+    let json = serde_json::to_value(&p).unwrap();
+    assert_eq!(json["technique"], "ray_march");
+    assert_eq!(json["resources"][0]["format"], "R16_UNORM");
+    assert_eq!(json["stages"][0]["depends_on"][0], "volume");
+}
