@@ -224,6 +224,8 @@ fn change(what: &'static str, reports: &[FrameReport]) -> Change {
 }
 
 fn spread(mut times: Vec<f64>) -> Spread {
+    // The sum over no stages is -0.
+    times.iter_mut().for_each(|t| *t += 0.0);
     times.sort_by(f64::total_cmp);
     let at = |i: usize| times.get(i).copied().unwrap_or(0.0);
     let n = times.len();

@@ -12,7 +12,7 @@ use super::{CliError, Global, print, print_json};
 use crate::gpu::Device;
 use crate::output::png::{BitDepth, PngOptions};
 use crate::output::tone_map::{Alpha, ToneMapping, expose};
-use crate::output::{Image, Metadata, exr, json as json_file, png};
+use crate::output::{Image, Metadata, atomic, exr, json as json_file, png};
 use crate::scene::file::describe;
 use crate::scene::{Scene, ToneMap};
 use crate::technique::{FrameReport, Renderer};
@@ -78,7 +78,7 @@ pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-/// The files to write; unknown endings are refused before any work is done.
+/// The files to write; unknown endings and missing folders are refused before any work is done.
 fn outputs(args: &RenderArgs) -> Result<Vec<PathBuf>, CliError> {
     if args.output.is_empty() {
         return Ok(vec![PathBuf::from(format!("{}.png", args.scene.name()))]);
@@ -90,6 +90,9 @@ fn outputs(args: &RenderArgs) -> Result<Vec<PathBuf>, CliError> {
                 path.display()
             )));
         }
+    }
+    for path in &args.output {
+        atomic::check(path)?;
     }
     Ok(args.output.clone())
 }

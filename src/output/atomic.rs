@@ -60,6 +60,34 @@ where
         .map_err(failed("rename the finished temporary file to it"))
 }
 
+/// Whether [`write`] could begin, told before long work: the folder exists and nothing that may not be
+/// replaced stands there.
+///
+/// # Errors
+///
+/// As [`write`].
+pub fn check(path: &Path) -> Result<(), OutputError> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    check_target(path, &target)?;
+    folder_of(path, &target).map(|_| ())
+}
+
+/// The folder that the file goes to.
+fn folder_of<'a>(path: &Path, target: &'a Path) -> Result<&'a Path, OutputError> {
+    let folder = match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if folder.is_dir() {
+        Ok(folder)
+    } else {
+        Err(OutputError::MissingFolder {
+            path: path.to_owned(),
+            folder: folder.to_owned(),
+        })
+    }
+}
+
 /// The permissions of the file to be replaced, if there is one that may be.
 fn check_target(path: &Path, target: &Path) -> Result<Option<fs::Permissions>, OutputError> {
     let Ok(metadata) = fs::metadata(target) else {
@@ -90,16 +118,7 @@ struct Temporary {
 
 impl Temporary {
     fn create(path: &Path, target: &Path) -> Result<(Self, File), OutputError> {
-        let folder = match target.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        if !folder.is_dir() {
-            return Err(OutputError::MissingFolder {
-                path: path.to_owned(),
-                folder: folder.to_owned(),
-            });
-        }
+        let folder = folder_of(path, target)?;
         let name = target.file_name().unwrap_or(OsStr::new("output"));
         let mut attempt = 1;
         loop {
