@@ -133,12 +133,13 @@ fn check_light(i: usize, light: &LightSpec) -> Result<(), Problem> {
 
 fn camera(s: &SceneSpec) -> Result<(), Problem> {
     let c = &s.camera;
-    let turned = c.azimuth_deg.is_some() || c.elevation_deg.is_some() || c.zoom.is_some();
-    let turn = [
-        ("eye", c.eye.is_some()),
-        ("azimuth_deg, elevation_deg or zoom", turned),
-    ];
-    exclusive("camera", &turn)?;
+    for (key, given) in [
+        ("azimuth_deg", c.azimuth_deg.is_some()),
+        ("elevation_deg", c.elevation_deg.is_some()),
+        ("zoom", c.zoom.is_some()),
+    ] {
+        exclusive("camera", &[("eye", c.eye.is_some()), (key, given)])?;
+    }
     let lens = [
         ("vfov_deg", c.vfov_deg.is_some()),
         ("orthographic_height", c.orthographic_height.is_some()),
@@ -235,10 +236,9 @@ fn exclusive(table: &str, given: &[(&str, bool)]) -> Result<(), Problem> {
     let found: Vec<_> = given.iter().filter(|g| g.1).map(|g| g.0).collect();
     match found[..] {
         [first, second, ..] => {
-            let key = second.split([',', ' ']).next().unwrap_or(second);
             let all: Vec<_> = given.iter().map(|g| g.0).collect();
             Err(Problem::new(
-                &format!("{table}.{key}"),
+                &format!("{table}.{second}"),
                 format!(
                     "found beside `{first}`, expected only one of {}",
                     all.join(" / ")
