@@ -153,6 +153,13 @@ fn camera(s: &SceneSpec) -> Result<(), Problem> {
     finite("camera.azimuth_deg", c.azimuth_deg)?;
     within("camera.elevation_deg", c.elevation_deg, -90.0, 90.0)?;
     positive("camera.zoom", c.zoom)?;
+    let vertical = c.elevation_deg.is_some_and(|e| e.abs() == 90.0);
+    if vertical && c.up.is_some_and(|u| u[0] == 0.0 && u[1] == 0.0) {
+        return Err(Problem::new(
+            "camera.up",
+            "found the viewing direction, expected a direction at an angle to it",
+        ));
+    }
     if let (Some(eye), Some(target)) = (c.eye, c.target) {
         let view = glam::DVec3::from(target) - glam::DVec3::from(eye);
         if view.length() == 0.0 {
