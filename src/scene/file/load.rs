@@ -70,11 +70,16 @@ impl SceneFile {
         options: &ReadOptions,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        let mut scene = Self::parse("", "command line", PathBuf::new(), overrides)?;
+        let file = toml::Value::from(path.to_string_lossy().into_owned());
+        let text = format!("volume.file = {file}");
+        let mut scene = Self::parse(&text, "command line", PathBuf::new(), overrides)?;
         let volume = &mut scene.spec.volume;
-        volume.file = Some(path.to_string_lossy().into_owned());
-        volume.time = Some(options.time);
-        volume.raw = options.raw.as_ref().map(|r| RawSpec {
+        if volume.file.is_none() {
+            return Ok(scene);
+        }
+        volume.time = volume.time.or(Some(options.time));
+        let given = volume.raw.take();
+        let chosen = options.raw.as_ref().map(|r| RawSpec {
             dims: r.dims,
             scalar_type: r.scalar_type,
             spacing: Some(r.spacing),
@@ -85,6 +90,7 @@ impl SceneFile {
             }),
             skip_bytes: Some(r.skip_bytes),
         });
+        volume.raw = given.or(chosen);
         Ok(scene)
     }
 
