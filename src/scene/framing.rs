@@ -161,7 +161,7 @@ fn fit(outline: &[DVec3], target: DVec3, wish: &Wish) -> Camera {
     let relative = outline.iter().map(|p| *p - target);
     let distance = match wish.projection {
         Projection::Perspective { vfov_deg } => {
-            let tan = (0.5 * vfov_deg).to_radians().tan() * FILL / wish.zoom;
+            let tan = (0.5 * vfov_deg).to_radians().tan() * FILL * wish.zoom;
             // |p . up| <= tan (distance + p . forward), and likewise across.
             let needed = relative.map(|p| {
                 let across = p.dot(f.right).abs() / wish.aspect;
