@@ -23,6 +23,8 @@ const LOOKS: u32 = 128;
 pub struct Direction {
     /// Unit vector from the target to the eye.
     pub to_eye: DVec3,
+    /// Up in the image unless the scene says otherwise: +z, or what is level when looking along z.
+    pub up: DVec3,
 }
 
 impl Direction {
@@ -37,10 +39,19 @@ impl Direction {
         let azimuth = azimuth_deg.unwrap_or(30.0).to_radians();
         let elevation = elevation_deg.unwrap_or(15.0).to_radians();
         let level = DMat3::from_rotation_z(azimuth) * front;
-        Self {
-            to_eye: level * elevation.cos() + DVec3::Z * elevation.sin(),
-        }
+        let to_eye = level * elevation.cos() + DVec3::Z * elevation.sin();
+        let up = if parallel(to_eye, DVec3::Z) {
+            -level * elevation.sin().signum()
+        } else {
+            DVec3::Z
+        };
+        Self { to_eye, up }
     }
+}
+
+/// Whether two directions are the same or opposite.
+pub(super) fn parallel(a: DVec3, b: DVec3) -> bool {
+    a.normalize_or_zero().cross(b.normalize_or_zero()).length() < 1e-6
 }
 
 /// Points, in world units, around all visible voxels inside the clips: the corners of the visible
@@ -150,7 +161,7 @@ fn fit(outline: &[DVec3], target: DVec3, wish: &Wish) -> Camera {
     let relative = outline.iter().map(|p| *p - target);
     let distance = match wish.projection {
         Projection::Perspective { vfov_deg } => {
-            let tan = (0.5 * vfov_deg).to_radians().tan() * FILL / wish.zoom;
+            let tan = (0.5 * vfov_deg).to_radians().tan() * FILL * wish.zoom;
             // |p . up| <= tan (distance + p . forward), and likewise across.
             let needed = relative.map(|p| {
                 let across = p.dot(f.right).abs() / wish.aspect;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::Problem;
 use super::keys::{locate, unknown};
 use super::spec::{RawSpec, SceneSpec};
+use super::wording::reword;
 use super::{Endian, Override, SceneError, schema, validate};
 use crate::volume::ReadOptions;
 use crate::volume::procedural::Procedural;
@@ -69,11 +70,16 @@ impl SceneFile {
         options: &ReadOptions,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        let mut scene = Self::parse("", "command line", PathBuf::new(), overrides)?;
+        let file = toml::Value::from(path.to_string_lossy().into_owned());
+        let text = format!("volume.file = {file}");
+        let mut scene = Self::parse(&text, "command line", PathBuf::new(), overrides)?;
         let volume = &mut scene.spec.volume;
-        volume.file = Some(path.to_string_lossy().into_owned());
-        volume.time = Some(options.time);
-        volume.raw = options.raw.as_ref().map(|r| RawSpec {
+        if volume.file.is_none() {
+            return Ok(scene);
+        }
+        volume.time = volume.time.or(Some(options.time));
+        let given = volume.raw.take();
+        let chosen = options.raw.as_ref().map(|r| RawSpec {
             dims: r.dims,
             scalar_type: r.scalar_type,
             spacing: Some(r.spacing),
@@ -84,6 +90,7 @@ impl SceneFile {
             }),
             skip_bytes: Some(r.skip_bytes),
         });
+        volume.raw = given.or(chosen);
         Ok(scene)
     }
 
@@ -119,7 +126,7 @@ impl SceneFile {
     ) -> Result<Self, SceneError> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| {
             let span = e.span().unwrap_or(0..0);
-            SceneError::at(name, text, span, e.message(), None)
+            SceneError::at(name, text, span, &reword(e.message(), None).0, None)
         })?;
         let working_folder = std::env::current_dir().unwrap_or_default();
         for o in overrides {
@@ -131,22 +138,31 @@ impl SceneFile {
         if let Some(problem) = unknown(&table, &schema()) {
             return Err(place(problem));
         }
-        let spec: SceneSpec =
-            serde_path_to_error::deserialize(toml::Value::Table(table)).map_err(|e| {
-                let path = e
-                    .path()
-                    .iter()
-                    .map(|s| s.to_string().trim_matches(['[', ']']).to_owned());
-                let message = e.inner().message().to_owned();
-                place(Problem {
-                    path: path.collect(),
-                    message,
-                    help: None,
-                })
-            })?;
+        let table = toml::Value::Table(table);
+        let spec: SceneSpec = serde_path_to_error::deserialize(table.clone()).map_err(|e| {
+            let path: Vec<_> = e
+                .path()
+                .iter()
+                .map(|s| s.to_string().trim_matches(['[', ']']).to_owned())
+                .collect();
+            let (message, help) = reword(e.inner().message(), value_at(&table, &path));
+            place(Problem {
+                path,
+                message,
+                help,
+            })
+        })?;
         validate::check(&spec).map_err(place)?;
         Ok(Self { spec, folder })
     }
+}
+
+/// The value of a key.
+fn value_at<'a>(root: &'a toml::Value, path: &[String]) -> Option<&'a toml::Value> {
+    path.iter().try_fold(root, |value, key| match value {
+        toml::Value::Array(list) => list.get(key.parse::<usize>().ok()?),
+        _ => value.get(key),
+    })
 }
 
 /// Says where a problem stands: in an override if one set the key, else in the file.

@@ -13,6 +13,7 @@ mod overrides;
 mod resolve;
 mod spec;
 mod validate;
+mod wording;
 
 pub use color::Rgb;
 pub use describe::describe;

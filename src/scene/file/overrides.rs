@@ -58,37 +58,53 @@ impl Override {
         })
     }
 
-    /// Applies the override to a parsed scene.
+    /// Applies the override to a parsed scene. The index after the last element appends one.
     ///
     /// # Errors
     /// The path leads through a value that is no table, or beyond the end of an array.
     pub(super) fn apply(&self, scene: &mut Table) -> Result<(), SceneError> {
-        let Some((last, way)) = self.path.split_last() else {
-            return Ok(());
-        };
-        let mut table = scene;
-        let mut walked: Vec<&str> = Vec::new();
-        let mut way = way.iter().peekable();
-        while let Some(key) = way.next() {
-            drop_alternatives(table, &walked, key);
-            walked.push(key);
-            let mut value = table
-                .entry(key.clone())
-                .or_insert_with(|| Value::Table(Table::new()));
-            while value.is_array() && way.peek().is_some() {
-                let index = way.next().and_then(|i| i.parse::<usize>().ok());
-                let list = value.as_array_mut().map_or(&mut [][..], Vec::as_mut_slice);
-                let length = list.len();
-                value = index.and_then(|i| list.get_mut(i)).ok_or_else(|| {
-                    self.fail(&format!("`{key}` has {length} elements, numbered from 0"))
-                })?;
-            }
-            table = value
-                .as_table_mut()
-                .ok_or_else(|| self.fail(&format!("`{key}` is not a table")))?;
+        let mut root = Value::Table(std::mem::take(scene));
+        let result = self.replace(&mut root);
+        if let Value::Table(table) = root {
+            *scene = table;
         }
-        drop_alternatives(table, &walked, last);
-        table.insert(last.clone(), self.value.clone());
+        result
+    }
+
+    fn replace(&self, root: &mut Value) -> Result<(), SceneError> {
+        let mut value = root;
+        for (depth, key) in self.path.iter().enumerate() {
+            let (walked, rest) = self.path.split_at(depth);
+            let absent = match rest.get(1) {
+                Some(next) if next.parse::<usize>().is_ok() => Value::Array(Vec::new()),
+                _ => Value::Table(Table::new()),
+            };
+            if value.is_bool() {
+                // A switch gives way to a table.
+                *value = Value::Table(Table::new());
+            }
+            let name = walked.last().map_or("", String::as_str);
+            value = match value {
+                Value::Table(table) => {
+                    drop_alternatives(table, walked, key);
+                    table.entry(key.clone()).or_insert(absent)
+                }
+                Value::Array(list) => {
+                    let length = list.len();
+                    let index = key.parse().unwrap_or(usize::MAX);
+                    if index == length {
+                        list.push(absent);
+                    }
+                    list.get_mut(index).ok_or_else(|| {
+                        self.fail(&format!(
+                            "`{name}` has {length} elements, expected an index from 0 to {length}"
+                        ))
+                    })?
+                }
+                _ => return Err(self.fail(&format!("`{name}` is not a table"))),
+            };
+        }
+        *value = self.value.clone();
         Ok(())
     }
 
@@ -106,9 +122,12 @@ impl Override {
 }
 
 /// Removes what cannot stand beside `key` in the table reached by `walked`.
-fn drop_alternatives(table: &mut Table, walked: &[&str], key: &str) {
+fn drop_alternatives(table: &mut Table, walked: &[String], key: &str) {
+    let Some((parent, indices)) = walked.split_first() else {
+        return;
+    };
     for (name, groups) in ALTERNATIVES {
-        if walked.first() != Some(&name) || walked.len() != 1 {
+        if parent != name || indices.iter().any(|i| i.parse::<usize>().is_err()) {
             continue;
         }
         if groups.iter().any(|g| g.contains(&key)) {

@@ -126,29 +126,28 @@ impl SceneFile {
             },
             |height| Projection::Orthographic { height },
         );
-        let up = c.up.map_or(DVec3::Z, DVec3::from);
+        let looking = |eye: DVec3, target: DVec3| Camera {
+            eye,
+            target,
+            up: c.up.map(DVec3::from).unwrap_or_else(|| {
+                let vertical = framing::parallel(target - eye, DVec3::Z);
+                if vertical { DVec3::Y } else { DVec3::Z }
+            }),
+            projection,
+        };
         if let (Some(eye), Some(target)) = (c.eye, c.target) {
-            return Camera {
-                eye: eye.into(),
-                target: target.into(),
-                up,
-                projection,
-            };
+            return looking(eye.into(), target.into());
         }
         let outline = framing::visible_outline(volume, transfer_function, clip);
         if let Some(eye) = c.eye {
-            return Camera {
-                eye: eye.into(),
-                target: framing::centre(&outline),
-                up,
-                projection,
-            };
+            return looking(eye.into(), framing::centre(&outline));
         }
+        let direction = Direction::new(volume.grid.space, c.azimuth_deg, c.elevation_deg);
         let wish = Wish {
             target: c.target.map(DVec3::from),
-            up,
+            up: c.up.map_or(direction.up, DVec3::from),
             projection,
-            direction: Direction::new(volume.grid.space, c.azimuth_deg, c.elevation_deg),
+            direction,
             aspect: f64::from(image.width) / f64::from(image.height),
             zoom: c.zoom.unwrap_or(1.0),
         };

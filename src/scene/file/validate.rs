@@ -133,12 +133,13 @@ fn check_light(i: usize, light: &LightSpec) -> Result<(), Problem> {
 
 fn camera(s: &SceneSpec) -> Result<(), Problem> {
     let c = &s.camera;
-    let turned = c.azimuth_deg.is_some() || c.elevation_deg.is_some() || c.zoom.is_some();
-    let turn = [
-        ("eye", c.eye.is_some()),
-        ("azimuth_deg, elevation_deg or zoom", turned),
-    ];
-    exclusive("camera", &turn)?;
+    for (key, given) in [
+        ("azimuth_deg", c.azimuth_deg.is_some()),
+        ("elevation_deg", c.elevation_deg.is_some()),
+        ("zoom", c.zoom.is_some()),
+    ] {
+        exclusive("camera", &[("eye", c.eye.is_some()), (key, given)])?;
+    }
     let lens = [
         ("vfov_deg", c.vfov_deg.is_some()),
         ("orthographic_height", c.orthographic_height.is_some()),
@@ -152,6 +153,13 @@ fn camera(s: &SceneSpec) -> Result<(), Problem> {
     finite("camera.azimuth_deg", c.azimuth_deg)?;
     within("camera.elevation_deg", c.elevation_deg, -90.0, 90.0)?;
     positive("camera.zoom", c.zoom)?;
+    let vertical = c.elevation_deg.is_some_and(|e| e.abs() == 90.0);
+    if vertical && c.up.is_some_and(|u| u[0] == 0.0 && u[1] == 0.0) {
+        return Err(Problem::new(
+            "camera.up",
+            "found the viewing direction, expected a direction at an angle to it",
+        ));
+    }
     if let (Some(eye), Some(target)) = (c.eye, c.target) {
         let view = glam::DVec3::from(target) - glam::DVec3::from(eye);
         if view.length() == 0.0 {
@@ -235,10 +243,9 @@ fn exclusive(table: &str, given: &[(&str, bool)]) -> Result<(), Problem> {
     let found: Vec<_> = given.iter().filter(|g| g.1).map(|g| g.0).collect();
     match found[..] {
         [first, second, ..] => {
-            let key = second.split([',', ' ']).next().unwrap_or(second);
             let all: Vec<_> = given.iter().map(|g| g.0).collect();
             Err(Problem::new(
-                &format!("{table}.{key}"),
+                &format!("{table}.{second}"),
                 format!(
                     "found beside `{first}`, expected only one of {}",
                     all.join(" / ")
