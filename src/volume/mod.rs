@@ -1,7 +1,6 @@
 //! Volumes: typed voxels on an affine grid, read from files or evaluated from formulas.
 
 mod error;
-mod foreground;
 mod grid;
 mod header_text;
 mod meta_image;

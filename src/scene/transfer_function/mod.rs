@@ -1,27 +1,33 @@
 //! Data value to colour and opacity.
+//!
+//! Everything here works on *linear* RGB with sRGB primaries: control points hold linear colours and
+//! the straight line between two of them is straight in linear light. Files state the colour space
+//! of their numbers and are converted when they are read ([`read_file`]).
 
 mod automatic;
-mod color_map;
-mod file;
-mod interpolate;
+mod bake;
+mod color_space;
+mod definition;
+mod error;
+mod histogram;
+mod modality;
+mod nodes;
+mod opacity_curve;
+mod paraview;
 mod preset;
+mod read;
 
 pub use automatic::automatic;
-pub use color_map::read_color_map;
-pub use file::{TransferFunctionError, read_file};
+pub use error::TransferFunctionError;
+pub use paraview::read_paraview;
 pub use preset::Preset;
+pub use read::read_file;
 
 use glam::Vec3;
 
 /// Opacities are limited to this, so that `sigma_t` stays finite:
 /// at most `-ln(1e-6) = 13.8` optical depths an `opacity_unit_distance`.
 pub const OPACITY_MAX: f64 = 1.0 - 1e-6;
-
-/// Fewest and most entries of a baked table.
-const ENTRIES: (usize, usize) = (1024, 16384);
-
-/// Entries that the narrowest segment between two control points should span.
-const ENTRIES_PER_SEGMENT: f64 = 8.0;
 
 /// One node of the piecewise-linear function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,12 +52,43 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
-    /// Linear colour and opacity at a data value.
+    /// A function with checked invariants.
+    ///
+    /// # Errors
+    /// Where a number is not finite, `points` are not ascending or more than two share a value, an
+    /// opacity is outside [0, 1], a colour is negative, or `opacity_unit_distance` is not above 0.
+    pub fn new(
+        name: impl Into<String>,
+        points: Vec<ControlPoint>,
+        opacity_unit_distance: f64,
+    ) -> Result<Self, TransferFunctionError> {
+        let name = name.into();
+        if !(opacity_unit_distance.is_finite() && opacity_unit_distance > 0.0) {
+            let message = format!(
+                "`opacity_unit_distance` is {opacity_unit_distance}, expected a number above 0"
+            );
+            return Err(TransferFunctionError::new(name, message));
+        }
+        match check_points(&points) {
+            Ok(()) => Ok(Self {
+                name,
+                points,
+                opacity_unit_distance,
+            }),
+            Err(message) => Err(TransferFunctionError::new(name, message)),
+        }
+    }
+
+    /// Linear colour and opacity at a data value. At a jump the upper side counts; NaN is
+    /// transparent.
     #[must_use]
     pub fn evaluate(&self, value: f64) -> (Vec3, f64) {
         let Some(first) = self.points.first() else {
             return (Vec3::ZERO, 0.0);
         };
+        if value.is_nan() {
+            return (Vec3::ZERO, 0.0);
+        }
         let upper = self.points.partition_point(|p| p.value <= value);
         if upper == 0 {
             return (first.color, first.opacity);
@@ -71,67 +108,110 @@ impl TransferFunction {
     /// `-ln(1 - opacity) / opacity_unit_distance`.
     #[must_use]
     pub fn sigma_t(&self, value: f64) -> f64 {
-        extinction(self.evaluate(value).1) / self.opacity_unit_distance
+        let (_, opacity) = self.evaluate(value);
+        self.sigma_t_of_opacity(opacity)
     }
 
-    /// How many entries of a table over `[min, max]` resolve the narrowest segment: a power of two
-    /// from 1024 to 16384.
+    /// Smallest and largest value of a control point; `None` for an empty function.
     #[must_use]
-    pub fn entries_needed(&self, min: f64, max: f64) -> usize {
-        let inside = |p: &ControlPoint| p.value > min && p.value < max;
-        let narrowest = self
-            .points
-            .windows(2)
-            .filter(|w| inside(&w[0]) || inside(&w[1]))
-            .map(|w| w[1].value - w[0].value)
-            .filter(|width| *width > 0.0)
-            .fold(f64::INFINITY, f64::min);
-        let wanted = ((max - min) / narrowest * ENTRIES_PER_SEGMENT).clamp(0.0, ENTRIES.1 as f64);
-        (wanted as usize)
-            .next_power_of_two()
-            .clamp(ENTRIES.0, ENTRIES.1)
+    pub fn range(&self) -> Option<(f64, f64)> {
+        Some((self.points.first()?.value, self.points.last()?.value))
     }
 
-    /// `(r, g, b, sigma_t)`, colour linear and extinction per world unit, at `entries` values evenly
-    /// from `min` to `max`.
-    ///
-    /// A control point that falls between two entries and has more extinction than either gives the
-    /// nearer one its own colour and extinction, so that no spike is lost, however narrow.
-    #[must_use]
-    pub fn bake(&self, min: f64, max: f64, entries: usize, density_scale: f64) -> Vec<[f32; 4]> {
-        let last = entries.saturating_sub(1).max(1) as f64;
-        let scale = density_scale / self.opacity_unit_distance;
-        let entry = |(color, opacity): (Vec3, f64)| {
-            color
-                .extend((extinction(opacity) * scale) as f32)
-                .to_array()
-        };
-        let value = |i: usize| min + (max - min) * (i as f64 / last);
-        let mut baked: Vec<_> = (0..entries)
-            .map(|i| entry(self.evaluate(value(i))))
-            .collect();
-        for p in self
-            .points
-            .iter()
-            .filter(|p| p.value >= min && p.value <= max)
-        {
-            let at = if max > min {
-                (p.value - min) / (max - min) * last
-            } else {
-                0.0
-            };
-            let exact = entry((p.color, p.opacity));
-            if let Some(nearest) = baked.get_mut(at.round() as usize)
-                && exact[3] > nearest[3]
-            {
-                *nearest = exact;
-            }
-        }
-        baked
+    fn sigma_t_of_opacity(&self, opacity: f64) -> f64 {
+        // The sum with 0 turns the -0 of opacity 0 into 0.
+        0.0 - (-opacity.clamp(0.0, OPACITY_MAX)).ln_1p() / self.opacity_unit_distance
     }
 }
 
-/// Optical depth of an opacity, at most 13.8.
-fn extinction(opacity: f64) -> f64 {
-    -(-opacity.clamp(0.0, OPACITY_MAX)).ln_1p()
+/// `Err` names the first point that breaks an invariant.
+fn check_points(points: &[ControlPoint]) -> Result<(), String> {
+    for (i, p) in points.iter().enumerate() {
+        if !p.value.is_finite() {
+            return Err(format!("points[{i}]: value {} is not finite", p.value));
+        }
+        if !(0.0..=1.0).contains(&p.opacity) {
+            return Err(format!(
+                "points[{i}]: opacity is {}, expected a number in [0, 1]",
+                p.opacity
+            ));
+        }
+        if !(p.color.is_finite() && p.color.min_element() >= 0.0) {
+            return Err(format!(
+                "points[{i}]: colour is {}, expected three finite numbers, none negative",
+                p.color
+            ));
+        }
+    }
+    for (i, pair) in points.windows(2).enumerate() {
+        if pair[1].value < pair[0].value {
+            return Err(format!(
+                "points[{}]: value {} comes after {}, expected ascending values",
+                i + 1,
+                pair[1].value,
+                pair[0].value
+            ));
+        }
+    }
+    for (i, triple) in points.windows(3).enumerate() {
+        if triple[0].value == triple[2].value {
+            return Err(format!(
+                "points[{}]: third point at value {}, expected at most two (a jump)",
+                i + 2,
+                triple[2].value
+            ));
+        }
+    }
+    let extent = points.last().map_or(0.0, |l| l.value - points[0].value);
+    if !extent.is_finite() {
+        return Err("the values span more than a 64-bit float can hold".to_owned());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn point(value: f64, gray: f32, opacity: f64) -> ControlPoint {
+        ControlPoint {
+            value,
+            color: Vec3::splat(gray),
+            opacity,
+        }
+    }
+
+    fn message(points: Vec<ControlPoint>) -> String {
+        TransferFunction::new("f", points, 1.0).unwrap_err().message
+    }
+
+    #[test]
+    fn new_names_the_offending_point() {
+        assert!(message(vec![point(f64::NAN, 0.0, 0.0)]).contains("points[0]: value NaN"));
+        assert!(message(vec![point(0.0, 0.0, 1.5)]).contains("opacity is 1.5"));
+        assert!(message(vec![point(0.0, 0.0, f64::NAN)]).contains("opacity is NaN"));
+        assert!(message(vec![point(0.0, -0.5, 0.0)]).contains("colour"));
+        assert!(message(vec![point(2.0, 0.0, 0.0), point(1.0, 0.0, 0.0)]).contains("points[1]"));
+        assert!(message(vec![point(2.0, 0.0, 0.0); 3]).contains("points[2]: third"));
+        assert!(message(vec![point(-1e308, 0.0, 0.0), point(1e308, 0.0, 0.0)]).contains("span"));
+        for distance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = TransferFunction::new("f", Vec::new(), distance).unwrap_err();
+            assert!(
+                error
+                    .to_string()
+                    .starts_with("f: `opacity_unit_distance` is")
+            );
+        }
+    }
+
+    #[test]
+    fn sigma_t_is_limited_and_zero_is_positive() {
+        let f = TransferFunction::new("f", vec![point(0.0, 1.0, 0.0), point(1.0, 1.0, 1.0)], 2.0)
+            .unwrap();
+        assert_eq!(f.sigma_t(0.0).to_bits(), 0.0f64.to_bits());
+        assert!((f.sigma_t(1.0) - 1e6f64.ln() / 2.0).abs() < 1e-9);
+        assert!((f.sigma_t(0.5) - 2f64.ln() / 2.0).abs() < 1e-12);
+        assert_eq!(f.range(), Some((0.0, 1.0)));
+    }
 }

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{TransferFunction, file};
+use super::definition::Definition;
+use super::{TransferFunction, TransferFunctionError};
 use crate::volume::{Grid, Statistics};
 
 /// The built-in transfer functions, one file each in `assets/transfer_functions/`.
@@ -26,18 +27,8 @@ pub enum Preset {
     Generic,
 }
 
-macro_rules! asset {
-    ($name:literal) => {
-        include_str!(concat!(
-            "../../../assets/transfer_functions/",
-            $name,
-            ".toml"
-        ))
-    };
-}
-
 impl Preset {
-    /// All presets.
+    /// All presets, in order of declaration.
     pub const ALL: [Self; 6] = [
         Self::CtBone,
         Self::CtSkinBone,
@@ -47,7 +38,7 @@ impl Preset {
         Self::Generic,
     ];
 
-    /// The name used in scene files and on the command line.
+    /// The name used in scene files and on the command line, and the file's in `assets/`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,28 +51,89 @@ impl Preset {
         }
     }
 
+    /// What it shows, a sentence or two.
+    #[must_use]
+    pub fn description(self) -> String {
+        Definition::parse(self.text()).map_or_else(|_| String::new(), |d| d.description)
+    }
+
+    /// The transfer function for a volume: absolute presets keep their data units (Hounsfield units
+    /// and millimetres), relative ones are stretched over the volume's histogram, from the upper
+    /// foot of the background's peak to the bright end of the foreground, with an
+    /// `opacity_unit_distance` that is a share of the grid's diagonal.
+    ///
+    /// Empty (fully transparent) where the grid has no finite diagonal.
+    #[must_use]
+    pub fn transfer_function(self, grid: &Grid, statistics: &Statistics) -> TransferFunction {
+        // The files are part of the program and a test resolves each: only an impossible grid or
+        // range gets to the empty function.
+        self.resolve(grid, statistics)
+            .unwrap_or_else(|_| TransferFunction {
+                name: self.name().to_owned(),
+                points: Vec::new(),
+                opacity_unit_distance: 1.0,
+            })
+    }
+
+    fn resolve(
+        self,
+        grid: &Grid,
+        statistics: &Statistics,
+    ) -> Result<TransferFunction, TransferFunctionError> {
+        Definition::parse(self.text())
+            .map_err(|message| TransferFunctionError::new(self.name(), message))?
+            .resolve(self.name(), grid, statistics)
+    }
+
     const fn text(self) -> &'static str {
         match self {
-            Self::CtBone => asset!("ct_bone"),
-            Self::CtSkinBone => asset!("ct_skin_bone"),
-            Self::CtSoftTissue => asset!("ct_soft_tissue"),
-            Self::Mri => asset!("mri"),
-            Self::Fluorescence => asset!("fluorescence"),
-            Self::Generic => asset!("generic"),
+            Self::CtBone => include_str!("../../../assets/transfer_functions/ct_bone.toml"),
+            Self::CtSkinBone => {
+                include_str!("../../../assets/transfer_functions/ct_skin_bone.toml")
+            }
+            Self::CtSoftTissue => {
+                include_str!("../../../assets/transfer_functions/ct_soft_tissue.toml")
+            }
+            Self::Mri => include_str!("../../../assets/transfer_functions/mri.toml"),
+            Self::Fluorescence => {
+                include_str!("../../../assets/transfer_functions/fluorescence.toml")
+            }
+            Self::Generic => include_str!("../../../assets/transfer_functions/generic.toml"),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use clap::ValueEnum;
+    use glam::{DVec3, UVec3};
+
+    #[test]
+    fn every_file_parses_and_is_described() {
+        let grid = Grid::centred(UVec3::splat(4), DVec3::ONE);
+        let volume = crate::volume::Volume {
+            name: "ramp".to_owned(),
+            grid,
+            voxels: crate::volume::Voxels::U8((0..64).collect()),
+            rescale: crate::volume::Rescale::IDENTITY,
+            spatial_unit: None,
+        };
+        let statistics = Statistics::of(&volume);
+        for preset in Preset::ALL {
+            assert!(!preset.description().is_empty(), "{}", preset.name());
+            let function = preset.resolve(&grid, &statistics).unwrap();
+            assert!(function.points.len() > 2, "{}", preset.name());
         }
     }
 
-    /// The transfer function for a volume: absolute presets keep their data units, relative ones
-    /// are stretched over the histogram's foreground. Transparent if the asset is broken, which a
-    /// test excludes.
-    #[must_use]
-    pub fn transfer_function(self, grid: &Grid, statistics: &Statistics) -> TransferFunction {
-        file::parse(self.text(), self.name(), grid, statistics).unwrap_or_else(|error| {
-            TransferFunction {
-                name: format!("{}: {error}", self.name()),
-                points: Vec::new(),
-                opacity_unit_distance: 1.0,
-            }
-        })
+    #[test]
+    fn names_are_those_of_the_command_line() {
+        assert_eq!(Preset::value_variants(), Preset::ALL);
+        for preset in Preset::ALL {
+            let value = preset.to_possible_value().unwrap();
+            assert_eq!(value.get_name(), preset.name());
+        }
     }
 }
