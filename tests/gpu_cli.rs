@@ -331,6 +331,12 @@ fn failures_have_their_exit_code_and_name_the_cause() {
         4,
         &["no such device", "available"],
     );
+    fails(
+        folder.path(),
+        &small(&["render", "--set", "technique.ray_march.step=0"]),
+        3,
+        &["technique.ray_march.step"],
+    );
     let left: Vec<_> = fs::read_dir(folder.path())
         .unwrap()
         .map(|e| e.unwrap().file_name().into_string().unwrap())

@@ -60,12 +60,12 @@ where
         .map_err(failed("rename the finished temporary file to it"))
 }
 
-/// Whether [`write`] could begin, told before long work: the folder exists and nothing that may not be
+/// Whether [`write()`] could begin, told before long work: the folder exists and nothing that may not be
 /// replaced stands there.
 ///
 /// # Errors
 ///
-/// As [`write`].
+/// As [`write()`].
 pub fn check(path: &Path) -> Result<(), OutputError> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     check_target(path, &target)?;
