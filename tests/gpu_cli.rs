@@ -113,11 +113,10 @@ fn render_writes_png_exr_and_json_that_say_where_they_come_from() {
     );
     let json: Value = serde_json::from_slice(&fs::read(at("a.json")).unwrap()).unwrap();
     let stages = json["frame"]["stages"].as_array().unwrap();
-    assert!(
-        stages
-            .iter()
-            .any(|s| s["name"] == "ray_march.march" && s["seconds"].as_f64().unwrap() > 0.0)
-    );
+    assert!(stages.iter().any(
+        |s| s["name"].as_str().unwrap().starts_with("ray_march.march")
+            && s["seconds"].as_f64().unwrap() > 0.0
+    ));
     assert!(json["bytes_allocated"].as_u64().unwrap() >= 40 * 30 * 16);
     assert_eq!(json["scene"]["image"]["width"], 40);
     assert!(json["device"]["name"].is_string());

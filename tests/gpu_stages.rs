@@ -35,21 +35,28 @@ const TABLE: [&str; 3] = [
     "medium.cell_occupancy",
     "medium.cell_distance",
 ];
-const MARCH: [&str; 2] = ["ray_march.march", "ray_march.read_back"];
+/// Names of the last two stages: how the volume is read depends on the device.
+fn march(renderer: &Renderer) -> [&'static str; 2] {
+    let stages = &renderer.plan().stages;
+    let name = stages[stages.len() - 2].name;
+    assert!(name.starts_with("ray_march.march"), "{name}");
+    [name, "ray_march.read_back"]
+}
 
 #[test]
 fn a_change_runs_only_what_depends_on_it() {
     let device = device();
     let base = lit_scene();
     let mut renderer = Renderer::new(&device, base.clone()).unwrap();
+    let march_stages = march(&renderer);
     let everything = [
         "medium.upload_volume",
         "medium.cell_min_max",
         "medium.upload_table",
         "medium.cell_occupancy",
         "medium.cell_distance",
-        "ray_march.march",
-        "ray_march.read_back",
+        march_stages[0],
+        march_stages[1],
     ];
     assert_eq!(ran(&mut renderer, base.clone()), everything, "first frame");
     assert!(
@@ -59,11 +66,11 @@ fn a_change_runs_only_what_depends_on_it() {
 
     let mut s = base.clone();
     s.camera = s.camera.orbit(10.0);
-    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "camera");
+    assert_eq!(ran(&mut renderer, s.clone()), march_stages, "camera");
     s.lights = vec![Light::Environment {
         radiance: Vec3::ONE,
     }];
-    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "light");
+    assert_eq!(ran(&mut renderer, s.clone()), march_stages, "light");
     s.medium.phase_g = 0.5;
     assert!(
         ran(&mut renderer, s.clone()).is_empty(),
@@ -72,15 +79,15 @@ fn a_change_runs_only_what_depends_on_it() {
     s.medium.density_scale = 2.0;
     assert_eq!(
         ran(&mut renderer, s.clone()),
-        [&TABLE[..], &MARCH].concat(),
+        [&TABLE[..], &march_stages].concat(),
         "transfer function"
     );
     s.image.width = 40;
-    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "image");
+    assert_eq!(ran(&mut renderer, s.clone()), march_stages, "image");
     s.clip.bounds = Some((DVec3::splat(-5.0), DVec3::splat(5.0)));
-    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "clip");
+    assert_eq!(ran(&mut renderer, s.clone()), march_stages, "clip");
     s = with(s, |p| p.step = 0.7);
-    assert_eq!(ran(&mut renderer, s.clone()), MARCH, "parameters");
+    assert_eq!(ran(&mut renderer, s.clone()), march_stages, "parameters");
     s = with(s, |p| p.shading = None);
     ran(&mut renderer, s.clone());
     s.lights = vec![Light::Environment {

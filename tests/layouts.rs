@@ -47,7 +47,21 @@ fn block(shader: &Shader, wanted: Option<u32>) -> (Vec<usize>, usize) {
 
 #[test]
 fn blocks_have_the_offsets_of_their_rust_structs() {
-    let march = &shader::RAY_MARCH_MARCH;
+    for march in ray_march::LAYOUTS.iter().map(|l| &l.shader) {
+        march_blocks(march);
+    }
+    let push = vec![
+        offset_of!(OccupancyPush, table_min),
+        offset_of!(OccupancyPush, table_scale),
+    ];
+    assert_eq!(
+        block(&shader::MEDIUM_CELL_OCCUPANCY, None),
+        (push, size_of::<OccupancyPush>())
+    );
+    assert_eq!(block(&shader::MEDIUM_CELL_DISTANCE, None), (vec![0], 4));
+}
+
+fn march_blocks(march: &Shader) {
     let view = vec![
         offset_of!(ViewUniform, pivot),
         offset_of!(ViewUniform, pivot_right),
@@ -156,12 +170,8 @@ fn every_shader_has_a_layout_and_fits_the_smallest_limits() {
 #[test]
 fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     let constants = |shader: &Shader| -> Vec<(u32, String)> {
-        let source = std::fs::read_to_string(format!(
-            "{}/glsl/{}.comp",
-            env!("CARGO_MANIFEST_DIR"),
-            shader.name.replace('.', "/")
-        ))
-        .unwrap();
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let source = tyndall::shaders::flatten(root, &shader.name.replace('.', "/")).unwrap();
         let lines = source
             .lines()
             .filter_map(|l| l.strip_prefix("layout(constant_id = "));
@@ -185,6 +195,9 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         (shader::MEDIUM_CELL_OCCUPANCY, cells.reach_constants()),
         (shader::MEDIUM_CELL_DISTANCE, cells.reach_constants()),
         (shader::RAY_MARCH_MARCH, ray_march::CONSTANTS.to_vec()),
+        (shader::RAY_MARCH_MARCH_R8, ray_march::CONSTANTS.to_vec()),
+        (shader::RAY_MARCH_MARCH_R16, ray_march::CONSTANTS.to_vec()),
+        (shader::RAY_MARCH_MARCH_R32F, ray_march::CONSTANTS.to_vec()),
     ] {
         let given: Vec<_> = given.iter().map(|c| (c.id, c.name.to_owned())).collect();
         assert_eq!(constants(&shader), given, "{}", shader.name);

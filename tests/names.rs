@@ -34,6 +34,9 @@ fn stages() -> Vec<&'static str> {
         m::CELL_OCCUPANCY,
         m::CELL_DISTANCE,
         r::MARCH,
+        r::MARCH_R8,
+        r::MARCH_R16,
+        r::MARCH_R32F,
         r::READ_BACK,
     ]
 }

@@ -18,6 +18,7 @@ const LIMITS: Limits = Limits {
     max_allocation: 4 << 30,
     heap_bytes: 8 << 30,
     worker_threads: 1,
+    prefers_loads: false,
     linear_r16_unorm: true,
     linear_r32_sfloat: true,
     linear_rgba32_sfloat: true,

@@ -16,6 +16,9 @@ pub enum Access {
     CopyRead,
     /// Sampled or fetched in a compute shader.
     ComputeSampled,
+    /// Sampled, fetched or loaded in a compute shader; the image is a storage image too and stays in
+    /// the general layout.
+    ComputeSampledOrLoaded,
     /// Written as a storage image in a compute shader.
     ComputeWrite,
     /// Read and written as a storage image in a compute shader.
@@ -51,6 +54,13 @@ impl Access {
                 Stage::COMPUTE_SHADER,
                 Mask::SHADER_SAMPLED_READ,
                 Layout::SHADER_READ_ONLY_OPTIMAL,
+            ),
+            Self::ComputeSampledOrLoaded => (
+                Stage::COMPUTE_SHADER,
+                Mask::from_raw(
+                    Mask::SHADER_SAMPLED_READ.as_raw() | Mask::SHADER_STORAGE_READ.as_raw(),
+                ),
+                Layout::GENERAL,
             ),
             Self::ComputeWrite => (
                 Stage::COMPUTE_SHADER,

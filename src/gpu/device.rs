@@ -159,6 +159,15 @@ impl Device {
             .store(index.unwrap_or(usize::MAX), Ordering::Relaxed);
     }
 
+    /// Makes plans use the device's filter even where loads are faster, for tests that compare both.
+    /// Only before the device is shared.
+    #[doc(hidden)]
+    pub fn prefer_filter(&mut self) {
+        if let Some(shared) = Arc::get_mut(&mut self.shared) {
+            shared.info.limits.prefers_loads = false;
+        }
+    }
+
     /// Writes the pipeline cache to disk; a failure only costs time at the next start.
     pub fn save_pipeline_cache(&self) {
         if let Some(cache) = &self.shared.cache {

@@ -37,6 +37,9 @@ pub struct Limits {
     pub heap_bytes: u64,
     /// Threads of a software driver, which gives each one contiguous run of workgroups; 1 on GPUs.
     pub worker_threads: u32,
+    /// Whether loading texels and filtering in the shader is faster than the device's filter: so on
+    /// software drivers, where the formats of volumes can be storage images.
+    pub prefers_loads: bool,
     /// Whether 16-bit unsigned normalised images can be filtered linearly.
     pub linear_r16_unorm: bool,
     /// Whether 32-bit float images can be filtered linearly.
@@ -309,6 +312,12 @@ impl Instance {
             p.optimal_tiling_features
                 .contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
         };
+        let storage = |format| {
+            // SAFETY: `raw` comes from this instance.
+            let p = unsafe { self.raw.get_physical_device_format_properties(raw, format) };
+            p.optimal_tiling_features
+                .contains(vk::FormatFeatureFlags::STORAGE_IMAGE)
+        };
         Limits {
             max_image_3d: core.max_image_dimension3_d,
             max_image_2d: core.max_image_dimension2_d,
@@ -320,6 +329,14 @@ impl Instance {
             },
             heap_bytes,
             worker_threads,
+            prefers_loads: cpu
+                && [
+                    vk::Format::R8_UNORM,
+                    vk::Format::R16_UNORM,
+                    vk::Format::R32_SFLOAT,
+                ]
+                .into_iter()
+                .all(storage),
             linear_r16_unorm: linear(vk::Format::R16_UNORM),
             linear_r32_sfloat: linear(vk::Format::R32_SFLOAT),
             linear_rgba32_sfloat: linear(vk::Format::R32G32B32A32_SFLOAT),

@@ -56,6 +56,8 @@ pub struct Specialization {
 pub enum Resource {
     /// An image in the sampled layout, with how to sample it.
     Sampled(Arc<Image>, Arc<Sampler>),
+    /// The same for an image that is a storage image too, in the general layout.
+    SampledGeneral(Arc<Image>, Arc<Sampler>),
     /// An image in the general layout.
     Storage(Arc<Image>),
     /// A whole uniform buffer.
@@ -65,7 +67,7 @@ pub enum Resource {
 impl Resource {
     const fn kind(&self) -> BindingKind {
         match self {
-            Self::Sampled(..) => BindingKind::SampledImage,
+            Self::Sampled(..) | Self::SampledGeneral(..) => BindingKind::SampledImage,
             Self::Storage(_) => BindingKind::StorageImage,
             Self::Uniform(_) => BindingKind::UniformBuffer,
         }
@@ -265,6 +267,10 @@ impl Binding {
             match resource {
                 Resource::Sampled(i, s) => {
                     let info = image(i.view, s.raw, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+                    update(write.image_info(&info));
+                }
+                Resource::SampledGeneral(i, s) => {
+                    let info = image(i.view, s.raw, vk::ImageLayout::GENERAL);
                     update(write.image_info(&info));
                 }
                 Resource::Storage(i) => {

@@ -34,6 +34,12 @@ shaders! {
     MEDIUM_CELL_DISTANCE = "medium" / "cell_distance";
     /// The radiance of every pixel.
     RAY_MARCH_MARCH = "ray_march" / "march";
+    /// The same, the volume read by loads of 8-bit texels.
+    RAY_MARCH_MARCH_R8 = "ray_march" / "march_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    RAY_MARCH_MARCH_R16 = "ray_march" / "march_r16";
+    /// The same, the volume read by loads of float texels.
+    RAY_MARCH_MARCH_R32F = "ray_march" / "march_r32f";
 }
 
 const MAGIC: u32 = 0x0723_0203;

@@ -15,7 +15,7 @@ pub fn staging(slice_bytes: u64, slices: u32) -> (u32, u64) {
     (u32::try_from(round).unwrap_or(1), slice_bytes * round)
 }
 
-/// Fills an image slab by slab through a staging buffer and leaves it ready for sampling.
+/// Fills an image slab by slab through a staging buffer and leaves it ready for `after`.
 ///
 /// `fill(first_slice, slices, bytes)` writes `slices` whole xy-slices (rows for 2D, the one row for
 /// 1D) of tightly packed texels starting at `first_slice`; `texel_bytes` is a texel's size.
@@ -28,6 +28,7 @@ pub fn upload_image(
     image: &Image,
     stage: &str,
     texel_bytes: u64,
+    after: Access,
     mut fill: impl FnMut(u32, u32, &mut [u8]),
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<StageTime>, GpuError> {
@@ -62,8 +63,8 @@ pub fn upload_image(
         });
         z += count;
         if z == extent.z {
-            // RAW: every later stage samples what the copies wrote.
-            recorder.image_barrier(image, Access::CopyWrite, Access::ComputeSampled);
+            // RAW: every later stage reads what the copies wrote.
+            recorder.image_barrier(image, Access::CopyWrite, after);
         }
         seconds += recorder.submit()?.iter().map(|t| t.seconds).sum::<f64>();
         progress(u64::from(z) * slice_bytes, total);

@@ -103,7 +103,7 @@ impl Renderer {
         if let Some(technique) = &self.technique {
             if self
                 .dirty
-                .intersects(self.depends_on(ray_march::stage::MARCH))
+                .intersects(self.depends_on(plan.march().shader.name))
             {
                 stages.extend(ray_march::record_march(
                     &self.device,

@@ -37,6 +37,8 @@ pub struct MediumPlan {
     pub dims: UVec3,
     /// Texel format.
     pub encoding: Encoding,
+    /// Whether techniques load and filter the volume's texels themselves ([`Limits::prefers_loads`]).
+    pub loaded: bool,
     /// Whether some voxels are NaN or infinite and need a mask.
     pub masked: bool,
     /// The transfer function's table.
@@ -106,6 +108,7 @@ impl MediumPlan {
         Ok(Self {
             dims,
             encoding: Encoding::choose(&scene.volume, &scene.statistics, limits)?,
+            loaded: limits.prefers_loads,
             masked: scene.statistics.nan + scene.statistics.infinite > 0,
             table,
             cells,

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::{CellsPlan, MediumPlan, Table, stage};
 use crate::gpu::{
-    Binding, BindingKind, ComputePipeline, Device, Filter, Format, GpuError, Image, ImageDesc,
-    ImageType, ImageUsageFlags, Resource, Sampler, SamplerAddressMode, SamplerDesc, StageLayout,
-    StageTime, shader, upload_image,
+    Access, Binding, BindingKind, ComputePipeline, Device, Filter, Format, GpuError, Image,
+    ImageDesc, ImageType, ImageUsageFlags, Resource, Sampler, SamplerAddressMode, SamplerDesc,
+    StageLayout, StageTime, shader, upload_image,
 };
 use crate::scene::Scene;
 use crate::volume::{Volume, Voxels};
@@ -53,7 +53,7 @@ pub struct Medium {
     pub(super) device: Device,
     /// What it was made from.
     pub plan: MediumPlan,
-    /// Voxels, linearly filtered.
+    /// Voxels: to be filtered linearly, or to be loaded, as the plan says.
     pub volume: Resource,
     /// 1 where voxels are finite; 1 x 1 x 1 where all are.
     pub mask: Resource,
@@ -95,7 +95,7 @@ impl Medium {
         let one = UVec3::ONE;
         let linear = sampler(device, "linear", Filter::LINEAR)?;
         let nearest = sampler(device, "nearest", Filter::NEAREST)?;
-        let volume = sampled(device, "volume", plan.dims, plan.encoding.format)?;
+        let volume = volume_image(device, plan)?;
         let mask_dims = if plan.masked { plan.dims } else { one };
         let mask = sampled(device, "finite_mask", mask_dims, Format::R8_UNORM)?;
         let table = table_image(
@@ -104,7 +104,11 @@ impl Medium {
             plan.table.entries,
             Format::R32G32B32A32_SFLOAT,
         )?;
-        let volume_resource = Resource::Sampled(volume.clone(), linear.clone());
+        let volume_resource = if plan.loaded {
+            Resource::SampledGeneral(volume.clone(), linear.clone())
+        } else {
+            Resource::Sampled(volume.clone(), linear.clone())
+        };
         let cells = plan
             .cells
             .map(|c| Cells::new(device, plan, c, &volume_resource, &nearest))
@@ -116,7 +120,11 @@ impl Medium {
         Ok(Self {
             device: device.clone(),
             plan: plan.clone(),
-            volume: volume_resource,
+            volume: if plan.loaded {
+                Resource::Storage(volume.clone())
+            } else {
+                volume_resource
+            },
             mask: Resource::Sampled(mask.clone(), linear.clone()),
             transfer_function: Resource::Sampled(table.clone(), linear.clone()),
             cell_distance: Resource::Sampled(cell_distance, nearest),
@@ -151,9 +159,16 @@ impl Medium {
         };
         let (d, i) = (&self.device, &self.images);
         let bytes = encoding.texel_bytes();
-        let mut times = upload_image(d, &i.volume, stage::UPLOAD_VOLUME, bytes, fill, progress)?;
+        let after = if self.plan.loaded {
+            Access::ComputeSampledOrLoaded
+        } else {
+            Access::ComputeSampled
+        };
+        let name = stage::UPLOAD_VOLUME;
+        let mut times = upload_image(d, &i.volume, name, bytes, after, fill, progress)?;
         let mask = |first, count, target: &mut [u8]| fill_mask(volume, first, count, target);
-        let masked = upload_image(d, &i.mask, stage::UPLOAD_MASK, 1, mask, &mut |_, _| {})?;
+        let (name, after) = (stage::UPLOAD_MASK, Access::ComputeSampled);
+        let masked = upload_image(d, &i.mask, name, 1, after, mask, &mut |_, _| {})?;
         if self.plan.masked {
             times.extend(masked);
         }
@@ -166,6 +181,7 @@ impl Medium {
                 image,
                 "medium.unused",
                 1,
+                after,
                 |_, _, to| to.fill(0),
                 &mut |_, _| {},
             )?;
@@ -204,6 +220,7 @@ impl Medium {
             image,
             stage::UPLOAD_TABLE,
             texel,
+            Access::ComputeSampled,
             fill,
             &mut |_, _| {},
         )
@@ -316,6 +333,20 @@ fn sampled(
         usage,
     };
     Image::new(device, name, desc).map(Arc::new)
+}
+
+fn volume_image(device: &Device, plan: &MediumPlan) -> Result<Arc<Image>, GpuError> {
+    let mut usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
+    if plan.loaded {
+        usage |= ImageUsageFlags::STORAGE;
+    }
+    let desc = ImageDesc {
+        image_type: ImageType::TYPE_3D,
+        extent: plan.dims,
+        format: plan.encoding.format,
+        usage,
+    };
+    Image::new(device, "volume", desc).map(Arc::new)
 }
 
 fn table_image(

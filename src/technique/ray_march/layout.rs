@@ -3,30 +3,57 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-use crate::gpu::{BindingKind, StageLayout, shader};
+use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{Falloff, Light, RayMarchParams, Scene};
-use crate::technique::medium::Medium;
+use crate::technique::medium::{Medium, MediumPlan};
 use crate::technique::view::vec4;
 
 /// Most lights the shader takes.
 pub const MAX_LIGHTS: usize = 32;
 
-pub(super) const MARCH: StageLayout = StageLayout {
-    shader: shader::RAY_MARCH_MARCH,
-    bindings: &[
+/// The march by the device's filter, and by loads of 8-bit, 16-bit and float texels. They differ in
+/// how binding 2, the volume, is read.
+const fn march(shader: shader::Shader, volume: &'static [BindingKind; 7]) -> StageLayout {
+    StageLayout {
+        shader,
+        bindings: volume,
+        push_bytes: size_of::<MarchPush>() as u32,
+    }
+}
+
+const fn bindings(volume: BindingKind) -> [BindingKind; 7] {
+    [
         BindingKind::UniformBuffer,
         BindingKind::UniformBuffer,
-        BindingKind::SampledImage,
+        volume,
         BindingKind::SampledImage,
         BindingKind::SampledImage,
         BindingKind::SampledImage,
         BindingKind::StorageImage,
-    ],
-    push_bytes: size_of::<MarchPush>() as u32,
-};
+    ]
+}
+
+const FILTERED: &[BindingKind; 7] = &bindings(BindingKind::SampledImage);
+const LOADED: &[BindingKind; 7] = &bindings(BindingKind::StorageImage);
 
 /// The interfaces of the technique's stages, for the layout test.
-pub const LAYOUTS: &[StageLayout] = &[MARCH];
+pub const LAYOUTS: &[StageLayout] = &[
+    march(shader::RAY_MARCH_MARCH, FILTERED),
+    march(shader::RAY_MARCH_MARCH_R8, LOADED),
+    march(shader::RAY_MARCH_MARCH_R16, LOADED),
+    march(shader::RAY_MARCH_MARCH_R32F, LOADED),
+];
+
+/// The march that suits a medium.
+pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
+    let index = match (medium.loaded, medium.encoding.format) {
+        (false, _) => 0,
+        (true, Format::R8_UNORM) => 1,
+        (true, Format::R16_UNORM) => 2,
+        (true, _) => 3,
+    };
+    LAYOUTS[index]
+}
 
 /// Push constants of `ray_march.march`.
 #[repr(C)]

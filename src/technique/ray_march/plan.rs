@@ -3,7 +3,7 @@
 use glam::UVec3;
 
 use super::{MAX_LIGHTS, NAME, layout};
-use crate::gpu::{Format, Limits, Specialization};
+use crate::gpu::{Format, Limits, Specialization, StageLayout};
 use crate::scene::{Light, RayMarchParams, Scene};
 use crate::technique::medium::MediumPlan;
 use crate::technique::{
@@ -12,8 +12,14 @@ use crate::technique::{
 
 /// Stage names of the technique.
 pub mod stage {
-    /// The radiance of every pixel.
+    /// The radiance of every pixel, the volume read through the device's filter.
     pub const MARCH: &str = "ray_march.march";
+    /// The same by loads of 8-bit texels.
+    pub const MARCH_R8: &str = "ray_march.march_r8";
+    /// The same by loads of 16-bit texels.
+    pub const MARCH_R16: &str = "ray_march.march_r16";
+    /// The same by loads of float texels.
+    pub const MARCH_R32F: &str = "ray_march.march_r32f";
     /// Copy of the image to the host.
     pub const READ_BACK: &str = "ray_march.read_back";
 }
@@ -219,6 +225,12 @@ impl RayMarchPlan {
         self
     }
 
+    /// The stage that marches: the one that reads the volume as the medium holds it.
+    #[must_use]
+    pub fn march(&self) -> StageLayout {
+        layout::march_for(&self.medium)
+    }
+
     /// The plan as shown to the user.
     #[must_use]
     pub fn summary(&self, scene: &Scene) -> Plan {
@@ -237,7 +249,7 @@ impl RayMarchPlan {
         let bands = self.tiles.div_ceil(self.tiles_per_submission);
         let mut stages = self.medium.stages();
         stages.push(StagePlan {
-            name: stage::MARCH,
+            name: self.march().shader.name,
             depends_on: Inputs::of(&depends),
             domain: pixels,
             dispatches: bands * self.sub_samples,

@@ -3,7 +3,7 @@
 use bytemuck::bytes_of;
 use glam::UVec3;
 
-use super::{MarchPush, RayMarch, stage};
+use super::{MarchPush, RayMarch};
 use crate::gpu::{Access, Device, GpuError, Recorder, StageTime};
 
 /// Invocations a tile.
@@ -19,6 +19,7 @@ pub fn record_march(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<StageTime>, GpuError> {
     let plan = &ray_march.plan;
+    let name = plan.march().shader.name;
     let (pipeline, binding) = (&ray_march.pipeline, &ray_march.binding);
     let spread = plan
         .specialization
@@ -46,7 +47,7 @@ pub fn record_march(
                 Access::ComputeWrite,
                 Access::ComputeReadWrite,
             );
-            recorder.compute_stage(stage::MARCH, |r| {
+            recorder.compute_stage(name, |r| {
                 let domain = UVec3::new(groups * TILE_INVOCATIONS, 1, 1);
                 r.dispatch(pipeline, binding, bytes_of(&push), domain);
             });
@@ -56,7 +57,7 @@ pub fn record_march(
         }
     }
     Ok(vec![StageTime {
-        name: stage::MARCH.to_owned(),
+        name: name.to_owned(),
         seconds,
     }])
 }

@@ -102,7 +102,9 @@ fn shade(
     color: DVec3,
 ) -> DVec3 {
     let last = scene.volume.grid.dims.as_dvec3() - 1.0;
-    let p = index_from_world.transform_point3(x);
+    let p = index_from_world
+        .transform_point3(x)
+        .clamp(DVec3::ZERO, last);
     let difference = |axis: DVec3| {
         let ahead = scene.volume.sample_index((p + axis).min(last));
         ahead - scene.volume.sample_index((p - axis).max(DVec3::ZERO))

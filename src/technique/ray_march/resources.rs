@@ -5,7 +5,6 @@ use std::sync::Arc;
 use bytemuck::Pod;
 use glam::UVec3;
 
-use super::layout::MARCH;
 use super::{MarchUniform, RayMarchPlan};
 use crate::gpu::{
     Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Format, GpuError, Image,
@@ -38,13 +37,15 @@ impl RayMarch {
         let (mut medium, mut pipeline, mut images, mut uniforms) = (None, None, None, None);
         if let Some(old) = old {
             medium = (old.medium.plan == plan.medium).then_some(old.medium);
-            pipeline = (old.plan.specialization == plan.specialization).then_some(old.pipeline);
+            pipeline = (old.plan.specialization == plan.specialization
+                && old.plan.march().shader.name == plan.march().shader.name)
+                .then_some(old.pipeline);
             images = (old.plan.image == plan.image).then_some((old.radiance, old.read_back));
             uniforms = Some((old.view, old.march));
         }
         let medium = medium.map_or_else(|| Medium::new(device, &plan.medium), Ok)?;
         let pipeline = pipeline.map_or_else(
-            || ComputePipeline::new(device, MARCH, &plan.specialization),
+            || ComputePipeline::new(device, plan.march(), &plan.specialization),
             Ok,
         )?;
         let (radiance, read_back) = images.map_or_else(|| create_images(device, plan.image), Ok)?;

@@ -1,0 +1,226 @@
+// The march, whatever the volume is read through: `volume_at` and `volume_differences` come from
+// shared/volume_filtered.glsl or shared/volume_loaded.glsl.
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const bool SKIP_EMPTY = false;
+layout(constant_id = 1) const bool SHADE = false;
+layout(constant_id = 2) const bool SPECULAR = false;
+layout(constant_id = 3) const bool MASKED = false;
+layout(constant_id = 4) const bool CLIP_BOX = false;
+layout(constant_id = 5) const bool CLIP_PLANE = false;
+layout(constant_id = 6) const uint LIGHT_COUNT = 0;
+layout(constant_id = 7) const bool POINT_LIGHTS = false;
+layout(constant_id = 8) const uint SPREAD = 1;
+
+#include "shared/view.glsl"
+#include "shared/intersect.glsl"
+#include "shared/transmittance.glsl"
+
+const uint MAX_LIGHTS = 32;
+const float INV_PI = 0.318309886;
+
+struct MarchLight {
+    vec4 place;      // xyz: unit vector towards a directional light (w = 0), or position (w > 0)
+    vec4 irradiance; // rgb: of a directional light, or intensity; w: 1 weakens with distance squared
+};
+
+layout(std140, set = 0, binding = 1) uniform March {
+    vec4 table;        // texture value of the first entry, entries a unit of it, entries, unused
+    vec4 dims;         // voxels along x, y, z; w: largest step, world units
+    vec4 cell_scale;   // cells a unit of texture coordinate; w: optical depth that ends a ray
+    vec4 ambient;      // rgb: ambient factor times environment radiance; w: diffuse factor
+    vec4 specular;     // x: factor, y: exponent
+    vec4 gradient[3];  // world direction of a difference along x, y, z
+    MarchLight lights[MAX_LIGHTS];
+} march;
+
+layout(set = 0, binding = 3) uniform sampler1D transfer_function;
+layout(set = 0, binding = 4) uniform usampler3D cell_distance;
+layout(set = 0, binding = 5) uniform sampler3D finite_mask;
+layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;
+
+layout(push_constant) uniform Push {
+    uint first_tile;
+    uint tile_count;
+    uint sub_sample;
+} push;
+
+// Colour (rgb) and extinction (a) at texture coordinate p.
+vec4 classify(float value) {
+    float entry = clamp((value - march.table.x) * march.table.y, 0.0, march.table.z - 1.0);
+    return textureLod(transfer_function, (entry + 0.5) / march.table.z, 0.0);
+}
+
+// 1 only where no voxel in the filter's reach is NaN or infinite.
+float finite_weight(vec3 p) {
+    return textureLod(finite_mask, p, 0.0).r < 0.999 ? 0.0 : 1.0;
+}
+
+// Central differences one voxel to either side (clamped at the faces), turned into a world-space
+// direction; its length is relative to the data range a voxel.
+vec3 world_gradient(vec3 p) {
+    vec3 d = volume_differences(p, march.dims.xyz);
+    return d.x * march.gradient[0].xyz + d.y * march.gradient[1].xyz + d.z * march.gradient[2].xyz;
+}
+
+// Radiance towards w_o of a sample of the given colour at world position x.
+vec3 shade(vec3 color, vec3 gradient, vec3 x, vec3 w_o) {
+    vec3 radiance = march.ambient.rgb * color;
+    // No direction can be told below 1e-15 of the data range a voxel.
+    vec3 n = gradient * inversesqrt(max(dot(gradient, gradient), 1e-30));
+    // The side that faces the viewer is lit.
+    n = dot(n, w_o) < 0.0 ? -n : n;
+    for (uint i = 0; i < LIGHT_COUNT; ++i) {
+        MarchLight light = march.lights[i];
+        vec3 w_i = light.place.xyz;
+        vec3 irradiance = light.irradiance.rgb;
+        if (POINT_LIGHTS && light.place.w > 0.0) {
+            w_i -= x;
+            float d = max(length(w_i), 1e-30);
+            w_i /= d;
+            if (light.irradiance.w > 0.0) irradiance = irradiance / d / d;
+        }
+        float cos_i = max(dot(n, w_i), 0.0);
+        vec3 reflected = march.ambient.w * cos_i * color;
+        if (SPECULAR) {
+            float cos_h = max(dot(n, normalize(w_i + w_o)), 0.0);
+            reflected += cos_i > 0.0 ? march.specular.x * pow(cos_h, march.specular.y) : 0.0;
+        }
+        radiance += irradiance * INV_PI * reflected;
+    }
+    return radiance;
+}
+
+// A ray in cells: where its first sample lies and how it crosses them.
+struct CellRay {
+    vec3 first;
+    vec3 per_step;
+    vec3 steps_per_cell; // signed; huge along axes it does not cross
+    vec3 ahead;          // 1 where cells rise along the ray, else 0
+    vec3 last;           // largest valid coordinate
+};
+
+CellRay cell_ray(vec3 p_first, vec3 dp) {
+    CellRay ray;
+    ray.first = p_first * march.cell_scale.xyz;
+    ray.per_step = dp * march.cell_scale.xyz;
+    // No cell is crossed in less than 1e-6 of a step or more than 1e6 steps.
+    vec3 crossing = max(abs(ray.per_step), 1e-6);
+    ray.ahead = step(vec3(0.0), ray.per_step);
+    ray.steps_per_cell = mix(-1.0 / crossing, 1.0 / crossing, ray.ahead);
+    ray.last = vec3(textureSize(cell_distance, 0)) - 0.5;
+    return ray;
+}
+
+// Steps from sample i that stay inside empty cells (at least 1), 0 in an occupied cell.
+int empty_steps(CellRay ray, float i) {
+    vec3 at = clamp(ray.first + i * ray.per_step, vec3(0.0), ray.last);
+    ivec3 cell = ivec3(at);
+    float reach = float(texelFetch(cell_distance, cell, 0).r);
+    // All cells closer than `reach` are empty: leave their cube. Per axis its face lies
+    // reach - 1 cells beyond the near face of this one.
+    vec3 to_face = (ray.ahead - (at - vec3(cell))) * ray.steps_per_cell;
+    vec3 steps = to_face + (reach - 1.0) * abs(ray.steps_per_cell);
+    float nearest = min(min(steps.x, steps.y), min(steps.z, 1e6));
+    return reach == 0.0 ? 0 : max(1, int(ceil(nearest)));
+}
+
+// Light gathered so far along a ray.
+struct Path {
+    vec3 radiance;
+    float tau;           // optical depth
+    float transmittance; // exp(-tau)
+};
+
+// A sample of the medium: its colour, and its optical depth over dt.
+float sample_medium(vec3 p, float dt, out vec3 color) {
+    vec4 material = classify(volume_at(p, march.dims.xyz));
+    color = material.rgb;
+    float dtau = material.a * dt;
+    if (MASKED) dtau *= finite_weight(p);
+    return dtau;
+}
+
+void composite(inout Path path, vec3 source, float dtau) {
+    path.tau += dtau;
+    float transmittance_after = exp(-path.tau);
+    path.radiance += absorbed(path.transmittance, transmittance_after, dtau) * source;
+    path.transmittance = transmittance_after;
+}
+
+vec4 march_ray(Ray ray, vec2 t) {
+    float length_t = t.y - t.x;
+    // A length of a whole number of steps must not become one more by rounding.
+    int count = max(1, int(ceil(length_t / march.dims.w - 1e-3)));
+    float dt = length_t / float(count);
+    vec3 dp = texture_direction(ray.direction) * dt;
+    vec3 x_first = ray.origin + (t.x + 0.5 * dt) * ray.direction;
+    vec3 p_first = texture_point(x_first);
+    CellRay cells = cell_ray(p_first, dp);
+    float tau_end = march.cell_scale.w;
+    Path path = Path(vec3(0.0), 0.0, 1.0);
+    vec3 color;
+    int i = 0;
+    while (i < count && path.tau < tau_end) {
+        if (SKIP_EMPTY) {
+            // Neighbouring rays skip together, so that they also sample together.
+            int skipped;
+            do {
+                skipped = empty_steps(cells, float(i));
+                i += skipped;
+            } while (skipped > 0 && i < count);
+            if (i >= count) break;
+        }
+        // Between two looks at the cells: four samples.
+        if (SHADE) {
+            int block_end = min(i + 4, count);
+            do {
+                // Neighbouring rays wait for each other's next sample with extinction, because the
+                // gradient costs many times as much as a sample.
+                float at, dtau;
+                do {
+                    at = float(i++);
+                    dtau = sample_medium(p_first + at * dp, dt, color);
+                } while (dtau == 0.0 && i < block_end);
+                vec3 x = x_first + at * dt * ray.direction;
+                composite(path, shade(color, world_gradient(p_first + at * dp), x, -ray.direction), dtau);
+            } while (i < block_end && path.tau < tau_end);
+        } else {
+            // Unrolled; samples past the end have no weight.
+            for (int k = 0; k < 4; ++k) {
+                float dtau = sample_medium(p_first + float(i + k) * dp, dt, color);
+                composite(path, color, i + k < count && path.tau < tau_end ? dtau : 0.0);
+            }
+            i += 4;
+        }
+    }
+    float alpha = path.tau < 0.03 ? absorbed(1.0, 0.0, path.tau) : 1.0 - path.transmittance;
+    return vec4(path.radiance + path.transmittance * view.background.rgb, alpha);
+}
+
+void main() {
+    // Tiles are dealt out to SPREAD streams, so that drivers which give each thread one contiguous
+    // run of workgroups still share the picture's busy middle evenly.
+    uint streams = (push.tile_count + SPREAD - 1) / SPREAD;
+    uint index = (gl_WorkGroupID.x % streams) * SPREAD + gl_WorkGroupID.x / streams;
+    if (index >= push.tile_count) return;
+    uint tile = push.first_tile + index;
+    uint tiles_x = (view.image.x + 7) / 8;
+    // Lanes in 4 x 2 blocks: eight neighbouring rays take similar paths.
+    uint lane = gl_LocalInvocationIndex;
+    uvec2 in_tile = uvec2((lane & 3) | ((lane >> 1) & 4), ((lane >> 2) & 1) | ((lane >> 3) & 6));
+    uvec2 pixel = uvec2(tile % tiles_x, tile / tiles_x) * 8 + in_tile;
+    if (any(greaterThanEqual(pixel, view.image.xy))) return;
+
+    Ray ray = camera_ray(pixel, push.sub_sample);
+    vec2 t = clip_to_box(vec2(ray.t_min, 3.0e38), texture_point(ray.origin),
+                         texture_direction(ray.direction), vec3(0.0), vec3(1.0));
+    if (CLIP_BOX) t = clip_to_box(t, ray.origin, ray.direction, view.clip_min.xyz, view.clip_max.xyz);
+    if (CLIP_PLANE) t = clip_to_half_space(t, ray.origin, ray.direction, view.clip_plane);
+    vec4 result = t.x < t.y ? march_ray(ray, t) : vec4(view.background.rgb, 0.0);
+
+    float weight = 1.0 / float(view.image.z * view.image.z);
+    if (push.sub_sample > 0) result = imageLoad(radiance, ivec2(pixel)) + result * weight;
+    else result *= weight;
+    imageStore(radiance, ivec2(pixel), result);
+}
