@@ -97,15 +97,6 @@ fn march_blocks(march: &Shader) {
         offset_of!(MarchPush, sub_sample),
     ];
     assert_eq!(block(march, None), (push, size_of::<MarchPush>()));
-    let push = vec![
-        offset_of!(OccupancyPush, table_min),
-        offset_of!(OccupancyPush, table_scale),
-    ];
-    assert_eq!(
-        block(&shader::MEDIUM_CELL_OCCUPANCY, None),
-        (push, size_of::<OccupancyPush>())
-    );
-    assert_eq!(block(&shader::MEDIUM_CELL_DISTANCE, None), (vec![0], 4));
 }
 
 #[test]
