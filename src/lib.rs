@@ -6,7 +6,8 @@
 //!
 //! | technique | paper | stages | folder |
 //! |---|---|---|---|
-//! | `ray_march` | Max 1995; Levoy 1988 | `cell_min_max`, `cell_distance`, `march` | `technique/ray_march` |
+//! | `ray_march` | Max 1995; Levoy 1988 | `march`, `read_back` | `technique/ray_march` |
+//! | (shared by all) | | `upload_volume`, `upload_table`, `cell_min_max`, `cell_occupancy`, `cell_distance` | `technique/medium` |
 //!
 //! `unsafe` code and raw Vulkan stay inside [`gpu`].
 

@@ -109,6 +109,13 @@ fn every_module_is_fresh() {
     );
 }
 
+#[cfg(feature = "shader-compiler")]
+#[test]
+fn every_module_is_what_its_source_compiles_to() {
+    let differing = tyndall::shaders::recompiled_differs(&root()).unwrap();
+    assert!(differing.is_empty(), "{}", differing.join(", "));
+}
+
 #[test]
 fn shaders_are_short_and_begin_with_their_header() {
     for name in sources(&root()).unwrap() {
