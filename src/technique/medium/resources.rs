@@ -63,7 +63,6 @@ pub struct Medium {
     pub cell_distance: Resource,
     pub(super) cells: Option<Cells>,
     images: Images,
-    linear: Arc<Sampler>,
 }
 
 struct Images {
@@ -126,7 +125,7 @@ impl Medium {
                 volume_resource
             },
             mask: Resource::Sampled(mask.clone(), linear.clone()),
-            transfer_function: Resource::Sampled(table.clone(), linear.clone()),
+            transfer_function: Resource::Sampled(table.clone(), linear),
             cell_distance: Resource::Sampled(cell_distance, nearest),
             cells,
             images: Images {
@@ -134,7 +133,6 @@ impl Medium {
                 mask,
                 table,
             },
-            linear,
         })
     }
 
@@ -224,12 +222,6 @@ impl Medium {
             fill,
             &mut |_, _| {},
         )
-    }
-
-    /// The sampler of the volume, for images with the same extent.
-    #[must_use]
-    pub fn linear_sampler(&self) -> Arc<Sampler> {
-        self.linear.clone()
     }
 
     /// Texture value at the table's first entry, and entries a unit of texture value.
