@@ -33,6 +33,7 @@ fn blob_scene(n: u32) -> Scene {
     scene(v, tf)
 }
 
+/// A gradient for every sample.
 fn shaded(s: Scene) -> Scene {
     with(s, |p| {
         p.shading = Some(Shading {
@@ -40,7 +41,17 @@ fn shaded(s: Scene) -> Scene {
             diffuse: 0.8,
             specular: 0.4,
             shininess: 12.0,
+            merge_opacity: 0.0,
         })
+    })
+}
+
+/// Neighbouring samples share gradients, as by default.
+fn merged(s: Scene) -> Scene {
+    with(shaded(s), |p| {
+        if let Some(shading) = &mut p.shading {
+            shading.merge_opacity = Shading::default().merge_opacity;
+        }
     })
 }
 
@@ -196,6 +207,7 @@ fn skipping_empty_space_changes_nothing_but_rounding() {
     ]);
     let mut scenes = vec![scene(volume(grid, ScalarType::U16, sparse), tf.clone())];
     scenes.push(shaded(blob_scene(30)));
+    scenes.push(merged(blob_scene(30)));
     let marked = volume(cube(33), ScalarType::U8, |i| {
         if i == UVec3::splat(16) { 255.0 } else { 0.0 }
     });
@@ -494,4 +506,23 @@ fn a_step_too_small_or_too_many_lights_are_refused_with_the_fix() {
         message.contains("40") && message.contains("32"),
         "{message}"
     );
+}
+
+#[test]
+fn samples_that_share_a_gradient_change_little() {
+    let device = device();
+    for step in [0.25, 1.0] {
+        let step = |s: Scene| with(s, |p| p.step = step);
+        let each = render(&device, &step(shaded(blob_scene(40))));
+        let shared = render(&device, &step(merged(blob_scene(40))));
+        // Opacity does not depend on shading, so only the light of a group of 1/64 and its last
+        // sample can change, by as much as the cosines inside it differ.
+        let alpha = |i: &Image| i.pixels.iter().map(|p| p[3].to_bits()).collect::<Vec<_>>();
+        assert_eq!(alpha(&each), alpha(&shared));
+        let largest = largest_difference(&each, &shared);
+        assert!(0.0 < largest && largest < 0.02, "{largest}");
+        let mean = |i: &Image| i.pixels.iter().map(|p| f64::from(p[1])).sum::<f64>();
+        let bias = mean(&shared) / mean(&each) - 1.0;
+        assert!(bias.abs() < 2e-3, "{bias}");
+    }
 }

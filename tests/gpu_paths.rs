@@ -1,4 +1,4 @@
-//! The volume through the device's filter and by loads: one image.
+//! The medium through the device's filters and by loads: one image.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -56,9 +56,9 @@ fn loads_and_the_devices_filter_give_one_image() {
                 let (a, b) = (render(&loading, &s), render(&filtering, &s));
                 let channels = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
                 let largest = channels.map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
-                // The two round positions and weights differently; a normal turns by as much as the
-                // gradient's rounding over its length.
-                let limit = if shading.is_some() { 2e-3 } else { 2e-5 };
+                // The two round positions and weights differently, 2e-5 in the volume and as much in
+                // the table; a normal turns by as much as the gradient's rounding over its length.
+                let limit = if shading.is_some() { 2e-3 } else { 4e-5 };
                 assert!(
                     largest < limit,
                     "{scalar_type} {dims} shaded {}: {largest}",

@@ -132,7 +132,10 @@ fn every_barrier_that_orders_two_stages_is_missed_when_left_out() {
     // a submission; the ones of the cells are the longest chain.
     let mut caught = 0;
     for index in 0..8 {
-        let device = device();
+        let mut device = device();
+        // The last barrier orders the cells before the march of the next submission, where validation
+        // does not look; it sees the layout that sampling needs.
+        device.prefer_filter();
         device.omit_barrier(Some(index));
         let mut renderer = Renderer::new(&device, lit_scene()).unwrap();
         match renderer.render(&mut |_, _, _| {}) {

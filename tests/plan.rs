@@ -74,7 +74,8 @@ fn a_scene_gets_only_what_it_can_show() {
             ("CLIP_PLANE", 0),
             ("LIGHT_COUNT", 0),
             ("POINT_LIGHTS", 0),
-            ("SPREAD", 1)
+            ("SPREAD", 1),
+            ("BLOCK", 4)
         ]
     );
     assert!(!has(&p, "finite_mask") && has(&p, "cell_min_max"));

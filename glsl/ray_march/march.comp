@@ -3,5 +3,5 @@
 // Domain: 64 pixels (8 x 8) a workgroup, tiles in linear order. Dispatched by technique/ray_march/record.rs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shared/volume_filtered.glsl"
+#include "shared/medium_filtered.glsl"
 #include "ray_march/march.glsl"

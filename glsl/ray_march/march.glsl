@@ -1,5 +1,5 @@
-// The march, whatever the volume is read through: `volume_at` and `volume_differences` come from
-// shared/volume_filtered.glsl or shared/volume_loaded.glsl.
+// The march, whatever the medium is read through: shared/medium_filtered.glsl or
+// shared/medium_loaded.glsl.
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool SKIP_EMPTY = false;
@@ -11,6 +11,7 @@ layout(constant_id = 5) const bool CLIP_PLANE = false;
 layout(constant_id = 6) const uint LIGHT_COUNT = 0;
 layout(constant_id = 7) const bool POINT_LIGHTS = false;
 layout(constant_id = 8) const uint SPREAD = 1;
+layout(constant_id = 9) const int BLOCK = 4;
 
 #include "shared/view.glsl"
 #include "shared/intersect.glsl"
@@ -29,15 +30,22 @@ layout(std140, set = 0, binding = 1) uniform March {
     vec4 dims;         // voxels along x, y, z; w: largest step, world units
     vec4 cell_scale;   // cells a unit of texture coordinate; w: optical depth that ends a ray
     vec4 ambient;      // rgb: ambient factor times environment radiance; w: diffuse factor
-    vec4 specular;     // x: factor, y: exponent
+    vec4 specular;     // x: factor, y: exponent, z: opacity gathered under one gradient
     vec4 gradient[3];  // world direction of a difference along x, y, z
     MarchLight lights[MAX_LIGHTS];
 } march;
 
-layout(set = 0, binding = 3) uniform sampler1D transfer_function;
-layout(set = 0, binding = 4) uniform usampler3D cell_distance;
 layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;
+
+// The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
+vec4 table;
+vec3 last_voxel; // largest grid coordinates
+float tau_end;
+mat3 world_from_difference;
+vec4 ambient;
+vec4 specular;
+MarchLight lights[LIGHT_COUNT + 1];
 
 layout(push_constant) uniform Push {
     uint first_tile;
@@ -45,33 +53,31 @@ layout(push_constant) uniform Push {
     uint sub_sample;
 } push;
 
-// Colour (rgb) and extinction (a) at texture coordinate p.
+// Colour (rgb) and extinction (a) of a texture value.
 vec4 classify(float value) {
-    float entry = clamp((value - march.table.x) * march.table.y, 0.0, march.table.z - 1.0);
-    return textureLod(transfer_function, (entry + 0.5) / march.table.z, 0.0);
+    return table_at(clamp((value - table.x) * table.y, 0.0, table.z - 1.0), table.z);
 }
 
 // 1 only where no voxel in the filter's reach is NaN or infinite.
-float finite_weight(vec3 p) {
-    return textureLod(finite_mask, p, 0.0).r < 0.999 ? 0.0 : 1.0;
+float finite_weight(vec3 q) {
+    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
 }
 
 // Central differences one voxel to either side (clamped at the faces), turned into a world-space
 // direction; its length is relative to the data range a voxel.
-vec3 world_gradient(vec3 p) {
-    vec3 d = volume_differences(p, march.dims.xyz);
-    return d.x * march.gradient[0].xyz + d.y * march.gradient[1].xyz + d.z * march.gradient[2].xyz;
+vec3 world_gradient(vec3 q) {
+    return world_from_difference * value_differences(q, last_voxel);
 }
 
-// Radiance towards w_o of a sample of the given colour at world position x.
-vec3 shade(vec3 color, vec3 gradient, vec3 x, vec3 w_o) {
-    vec3 radiance = march.ambient.rgb * color;
+// Radiance towards w_o, at world position x, of samples of the given weight and weighted colour.
+vec3 shade(float weight, vec3 color, vec3 gradient, vec3 x, vec3 w_o) {
+    vec3 radiance = ambient.rgb * color;
     // No direction can be told below 1e-15 of the data range a voxel.
     vec3 n = gradient * inversesqrt(max(dot(gradient, gradient), 1e-30));
     // The side that faces the viewer is lit.
     n = dot(n, w_o) < 0.0 ? -n : n;
     for (uint i = 0; i < LIGHT_COUNT; ++i) {
-        MarchLight light = march.lights[i];
+        MarchLight light = lights[i];
         vec3 w_i = light.place.xyz;
         vec3 irradiance = light.irradiance.rgb;
         if (POINT_LIGHTS && light.place.w > 0.0) {
@@ -81,10 +87,10 @@ vec3 shade(vec3 color, vec3 gradient, vec3 x, vec3 w_o) {
             if (light.irradiance.w > 0.0) irradiance = irradiance / d / d;
         }
         float cos_i = max(dot(n, w_i), 0.0);
-        vec3 reflected = march.ambient.w * cos_i * color;
+        vec3 reflected = ambient.w * cos_i * color;
         if (SPECULAR) {
             float cos_h = max(dot(n, normalize(w_i + w_o)), 0.0);
-            reflected += cos_i > 0.0 ? march.specular.x * pow(cos_h, march.specular.y) : 0.0;
+            reflected += cos_i > 0.0 ? weight * specular.x * pow(cos_h, specular.y) : 0.0;
         }
         radiance += irradiance * INV_PI * reflected;
     }
@@ -108,15 +114,15 @@ CellRay cell_ray(vec3 p_first, vec3 dp) {
     vec3 crossing = max(abs(ray.per_step), 1e-6);
     ray.ahead = step(vec3(0.0), ray.per_step);
     ray.steps_per_cell = mix(-1.0 / crossing, 1.0 / crossing, ray.ahead);
-    ray.last = vec3(textureSize(cell_distance, 0)) - 0.5;
+    ray.last = vec3(cells_along()) - 0.5;
     return ray;
 }
 
 // Steps from sample i that stay inside empty cells (at least 1), 0 in an occupied cell.
 int empty_steps(CellRay ray, float i) {
-    vec3 at = clamp(ray.first + i * ray.per_step, vec3(0.0), ray.last);
+    vec3 at = clamp(ray.first + i * ray.per_step, vec3(0.0), last_voxel);
     ivec3 cell = ivec3(at);
-    float reach = float(texelFetch(cell_distance, cell, 0).r);
+    float reach = float(distance_at(cell));
     // All cells closer than `reach` are empty: leave their cube. Per axis its face lies
     // reach - 1 cells beyond the near face of this one.
     vec3 to_face = (ray.ahead - (at - vec3(cell))) * ray.steps_per_cell;
@@ -125,6 +131,12 @@ int empty_steps(CellRay ray, float i) {
     return reach == 0.0 ? 0 : max(1, int(ceil(nearest)));
 }
 
+// A ray in voxels: where its first sample lies, and the step to the next.
+struct GridRay {
+    vec3 first;
+    vec3 per_step;
+};
+
 // Light gathered so far along a ray.
 struct Path {
     vec3 radiance;
@@ -132,20 +144,59 @@ struct Path {
     float transmittance; // exp(-tau)
 };
 
-// A sample of the medium: its colour, and its optical depth over dt.
-float sample_medium(vec3 p, float dt, out vec3 color) {
-    vec4 material = classify(volume_at(p, march.dims.xyz));
-    color = material.rgb;
-    float dtau = material.a * dt;
-    if (MASKED) dtau *= finite_weight(p);
-    return dtau;
+// Samples in a row: the share of the ray's light that each emits, and its colour.
+struct Block {
+    float weight[MAX_BLOCK];
+    vec3 color[MAX_BLOCK];
+};
+
+// Samples i to i + BLOCK - 1; those past the ray's end, or its last that can be seen, have no weight.
+Block sample_block(GridRay ray, int i, int count, float dt, inout Path path) {
+    Block block;
+    float values[MAX_BLOCK];
+    block_values(ray.first, ray.per_step, i, BLOCK, last_voxel, values);
+    for (int k = 0; k < BLOCK; ++k) {
+        vec4 material = classify(values[k]);
+        float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;
+        if (MASKED) dtau *= finite_weight(ray.first + float(i + k) * ray.per_step);
+        path.tau += dtau;
+        float transmittance_after = exp(-path.tau);
+        block.weight[k] = absorbed(path.transmittance, transmittance_after, dtau);
+        block.color[k] = material.rgb;
+        path.transmittance = transmittance_after;
+    }
+    return block;
 }
 
-void composite(inout Path path, vec3 source, float dtau) {
-    path.tau += dtau;
-    float transmittance_after = exp(-path.tau);
-    path.radiance += absorbed(path.transmittance, transmittance_after, dtau) * source;
-    path.transmittance = transmittance_after;
+// Radiance of a block, lit. Samples in a row share the gradient at their weighted mean place until they
+// have gathered a little opacity together: a gradient costs as much as three samples, and the faint
+// ones hardly show. Each keeps its own colour.
+vec3 shade_block(Block block, GridRay ray, int i, float dt, vec3 x_first, vec3 direction) {
+    // Groups are counted first: on lavapipe 22.3 a loop that ended on what it chose itself lost samples.
+    int group[MAX_BLOCK];
+    int groups = 0;
+    float gathered = 0.0;
+    for (int k = 0; k < BLOCK; ++k) {
+        bool full = gathered > specular.z && block.weight[k] > 0.0;
+        gathered = block.weight[k] + (full ? 0.0 : gathered);
+        groups += full ? 1 : 0;
+        group[k] = groups;
+    }
+    vec3 radiance = vec3(0.0);
+    for (int g = 0; g <= groups; ++g) {
+        float weight = 0.0, moment = 0.0;
+        vec3 color = vec3(0.0);
+        for (int k = 0; k < BLOCK; ++k) {
+            float w = group[k] == g ? block.weight[k] : 0.0;
+            weight += w;
+            moment += float(k) * w;
+            color += w * block.color[k];
+        }
+        float at = float(i) + moment / max(weight, 1e-30);
+        vec3 gradient = world_gradient(ray.first + at * ray.per_step);
+        radiance += shade(weight, color, gradient, x_first + at * dt * direction, -direction);
+    }
+    return radiance;
 }
 
 vec4 march_ray(Ray ray, vec2 t) {
@@ -157,9 +208,9 @@ vec4 march_ray(Ray ray, vec2 t) {
     vec3 x_first = ray.origin + (t.x + 0.5 * dt) * ray.direction;
     vec3 p_first = texture_point(x_first);
     CellRay cells = cell_ray(p_first, dp);
-    float tau_end = march.cell_scale.w;
+    vec3 dims = last_voxel + 1.0;
+    GridRay grid = GridRay(p_first * dims - 0.5, dp * dims);
     Path path = Path(vec3(0.0), 0.0, 1.0);
-    vec3 color;
     int i = 0;
     while (i < count && path.tau < tau_end) {
         if (SKIP_EMPTY) {
@@ -170,35 +221,31 @@ vec4 march_ray(Ray ray, vec2 t) {
                 i += skipped;
             } while (skipped > 0 && i < count);
             if (i >= count) break;
+            // Lit, blocks are the same whatever was skipped.
+            if (SHADE) i -= i % BLOCK;
         }
-        // Between two looks at the cells: four samples.
+        Block block = sample_block(grid, i, count, dt, path);
         if (SHADE) {
-            int block_end = min(i + 4, count);
-            do {
-                // Neighbouring rays wait for each other's next sample with extinction, because the
-                // gradient costs many times as much as a sample.
-                float at, dtau;
-                do {
-                    at = float(i++);
-                    dtau = sample_medium(p_first + at * dp, dt, color);
-                } while (dtau == 0.0 && i < block_end);
-                vec3 x = x_first + at * dt * ray.direction;
-                composite(path, shade(color, world_gradient(p_first + at * dp), x, -ray.direction), dtau);
-            } while (i < block_end && path.tau < tau_end);
+            path.radiance += shade_block(block, grid, i, dt, x_first, ray.direction);
         } else {
-            // Unrolled; samples past the end have no weight.
-            for (int k = 0; k < 4; ++k) {
-                float dtau = sample_medium(p_first + float(i + k) * dp, dt, color);
-                composite(path, color, i + k < count && path.tau < tau_end ? dtau : 0.0);
-            }
-            i += 4;
+            for (int k = 0; k < BLOCK; ++k) path.radiance += block.weight[k] * block.color[k];
         }
+        i += BLOCK;
     }
     float alpha = path.tau < 0.03 ? absorbed(1.0, 0.0, path.tau) : 1.0 - path.transmittance;
     return vec4(path.radiance + path.transmittance * view.background.rgb, alpha);
 }
 
 void main() {
+    table = march.table;
+    last_voxel = march.dims.xyz - 1.0;
+    tau_end = march.cell_scale.w;
+    if (SHADE) {
+        world_from_difference = mat3(march.gradient[0].xyz, march.gradient[1].xyz, march.gradient[2].xyz);
+        ambient = march.ambient;
+        specular = march.specular;
+        for (uint i = 0; i < LIGHT_COUNT; ++i) lights[i] = march.lights[i];
+    }
     // Tiles are dealt out to SPREAD streams, so that drivers which give each thread one contiguous
     // run of workgroups still share the picture's busy middle evenly.
     uint streams = (push.tile_count + SPREAD - 1) / SPREAD;

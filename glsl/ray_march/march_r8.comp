@@ -5,5 +5,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define TEXEL_FORMAT r8
-#include "shared/volume_loaded.glsl"
+#include "shared/medium_loaded.glsl"
 #include "ray_march/march.glsl"

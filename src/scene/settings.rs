@@ -93,6 +93,8 @@ pub struct Shading {
     pub specular: f32,
     /// Blinn-Phong exponent, in [1, 1000].
     pub shininess: f32,
+    /// Opacity, in [0, 1], that neighbouring samples gather under one gradient; 0: each has its own.
+    pub merge_opacity: f32,
 }
 
 impl Default for Shading {
@@ -102,6 +104,7 @@ impl Default for Shading {
             diffuse: 0.9,
             specular: 0.2,
             shininess: 20.0,
+            merge_opacity: 1.0 / 64.0,
         }
     }
 }

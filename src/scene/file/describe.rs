@@ -98,6 +98,7 @@ fn technique(technique: &TechniqueParams) -> Value {
                     "diffuse": s.diffuse,
                     "specular": s.specular,
                     "shininess": s.shininess,
+                    "merge_opacity": s.merge_opacity,
                 })),
                 "early_termination": p.early_termination,
                 "empty_space_skipping": p.empty_space_skipping,

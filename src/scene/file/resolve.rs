@@ -194,6 +194,7 @@ impl SceneFile {
                         diffuse: f.diffuse.unwrap_or(s.diffuse),
                         specular: f.specular.unwrap_or(s.specular),
                         shininess: f.shininess.unwrap_or(s.shininess),
+                        merge_opacity: f.merge_opacity.unwrap_or(s.merge_opacity),
                     })
                 }
             },

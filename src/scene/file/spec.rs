@@ -303,7 +303,7 @@ pub struct RayMarchSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "true, false, or a table of ambient, diffuse, specular, shininess"
+    expecting = "true, false, or a table of ambient, diffuse, specular, shininess, merge_opacity"
 )]
 #[allow(missing_docs, reason = "the words say it")]
 pub enum ShadingSpec {
@@ -324,4 +324,8 @@ pub struct ShadingFactors {
     /// Exponent, in [1, 1000]. Default: 20.
     #[schemars(range(min = 1, max = 1000))]
     pub shininess: Option<f32>,
+    /// Opacity, in [0, 1], that neighbouring samples gather under one gradient: more is faster, 0 gives
+    /// each its own. Default: 1/64.
+    #[schemars(range(min = 0, max = 1))]
+    pub merge_opacity: Option<f32>,
 }

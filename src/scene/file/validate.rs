@@ -234,6 +234,8 @@ fn ray_march(s: &SceneSpec) -> Result<(), Problem> {
         at_least(&key("diffuse"), f.diffuse.map(f64::from), 0.0)?;
         at_least(&key("specular"), f.specular.map(f64::from), 0.0)?;
         within(&key("shininess"), f.shininess.map(f64::from), 1.0, 1000.0)?;
+        let merge = f.merge_opacity.map(f64::from);
+        within(&key("merge_opacity"), merge, 0.0, 1.0)?;
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use glam::UVec3;
 
 use super::{Encoding, Table};
-use crate::gpu::{Format, Limits, Specialization, staging};
+use crate::gpu::{Access, Format, Limits, Specialization, staging};
 use crate::scene::Scene;
 use crate::technique::{Input, Inputs, Omission, PlanError, ResourceKind, ResourcePlan, StagePlan};
 
@@ -37,7 +37,7 @@ pub struct MediumPlan {
     pub dims: UVec3,
     /// Texel format.
     pub encoding: Encoding,
-    /// Whether techniques load and filter the volume's texels themselves ([`Limits::prefers_loads`]).
+    /// Whether techniques load and filter the medium's texels themselves ([`Limits::prefers_loads`]).
     pub loaded: bool,
     /// Whether some voxels are NaN or infinite and need a mask.
     pub masked: bool,
@@ -114,6 +114,16 @@ impl MediumPlan {
             cells,
             why_no_cells,
         })
+    }
+
+    /// How techniques read volume, table and distances.
+    #[must_use]
+    pub fn reading(&self) -> Access {
+        if self.loaded {
+            Access::ComputeSampledOrLoaded
+        } else {
+            Access::ComputeSampled
+        }
     }
 
     /// The stages in order.

@@ -33,11 +33,12 @@ pub fn record_occupancy<'a>(recorder: &mut Recorder<'a>, medium: &'a Medium) {
     recorder.compute_stage(stage::CELL_OCCUPANCY, |r| {
         r.dispatch(pipeline, binding, bytes_of(&push), cells.plan.dims);
     });
-    recorder.compute_stage(stage::CELL_DISTANCE, |r| record_distance(r, cells));
+    let after = medium.plan.reading();
+    recorder.compute_stage(stage::CELL_DISTANCE, |r| record_distance(r, cells, after));
 }
 
 /// One dispatch an axis, alternating between the two images; the result ends in `pong`.
-fn record_distance<'a>(r: &mut Recorder<'a>, cells: &'a Cells) {
+fn record_distance<'a>(r: &mut Recorder<'a>, cells: &'a Cells, after: Access) {
     let pipeline = &cells.distance_pipeline;
     let (image, pong, dims) = (&*cells.distance, &*cells.pong, cells.plan.dims);
     // RAW: the pass along x reads what cell_occupancy wrote.
@@ -53,5 +54,5 @@ fn record_distance<'a>(r: &mut Recorder<'a>, cells: &'a Cells) {
     r.image_barrier(image, Access::ComputeWrite, Access::ComputeSampled);
     r.dispatch(pipeline, &cells.to_pong, bytes_of(&2u32), dims);
     // RAW: the techniques read what z wrote.
-    r.image_barrier(pong, Access::ComputeWrite, Access::ComputeSampled);
+    r.image_barrier(pong, Access::ComputeWrite, after);
 }

@@ -69,6 +69,7 @@ struct Images {
     volume: Arc<Image>,
     mask: Arc<Image>,
     table: Arc<Image>,
+    cell_distance: Arc<Image>,
 }
 
 /// Images and stages of the cells.
@@ -94,15 +95,18 @@ impl Medium {
         let one = UVec3::ONE;
         let linear = sampler(device, "linear", Filter::LINEAR)?;
         let nearest = sampler(device, "nearest", Filter::NEAREST)?;
-        let volume = volume_image(device, plan)?;
+        let uploaded = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
+        let usage = if plan.loaded {
+            uploaded | ImageUsageFlags::STORAGE
+        } else {
+            uploaded
+        };
+        let format = plan.encoding.format;
+        let volume = image_3d(device, "volume", plan.dims, format, usage)?;
         let mask_dims = if plan.masked { plan.dims } else { one };
-        let mask = sampled(device, "finite_mask", mask_dims, Format::R8_UNORM)?;
-        let table = table_image(
-            device,
-            "transfer_function",
-            plan.table.entries,
-            Format::R32G32B32A32_SFLOAT,
-        )?;
+        let mask = image_3d(device, "finite_mask", mask_dims, Format::R8_UNORM, uploaded)?;
+        let (entries, format) = (plan.table.entries, Format::R32G32B32A32_SFLOAT);
+        let table = table_image(device, "transfer_function", entries, format, usage)?;
         let volume_resource = if plan.loaded {
             Resource::SampledGeneral(volume.clone(), linear.clone())
         } else {
@@ -114,24 +118,28 @@ impl Medium {
             .transpose()?;
         let cell_distance = match &cells {
             Some(cells) => cells.pong.clone(),
-            None => sampled(device, "cell_distance", one, Format::R8_UINT)?,
+            None => image_3d(device, "cell_distance", one, Format::R8_UINT, usage)?,
+        };
+        let read = |image: &Arc<Image>, sampler: &Arc<Sampler>| {
+            if plan.loaded {
+                Resource::Storage(image.clone())
+            } else {
+                Resource::Sampled(image.clone(), sampler.clone())
+            }
         };
         Ok(Self {
             device: device.clone(),
             plan: plan.clone(),
-            volume: if plan.loaded {
-                Resource::Storage(volume.clone())
-            } else {
-                volume_resource
-            },
+            volume: read(&volume, &linear),
             mask: Resource::Sampled(mask.clone(), linear.clone()),
-            transfer_function: Resource::Sampled(table.clone(), linear),
-            cell_distance: Resource::Sampled(cell_distance, nearest),
+            transfer_function: read(&table, &linear),
+            cell_distance: read(&cell_distance, &nearest),
             cells,
             images: Images {
                 volume,
                 mask,
                 table,
+                cell_distance,
             },
         })
     }
@@ -157,11 +165,7 @@ impl Medium {
         };
         let (d, i) = (&self.device, &self.images);
         let bytes = encoding.texel_bytes();
-        let after = if self.plan.loaded {
-            Access::ComputeSampledOrLoaded
-        } else {
-            Access::ComputeSampled
-        };
+        let after = self.plan.reading();
         let name = stage::UPLOAD_VOLUME;
         let mut times = upload_image(d, &i.volume, name, bytes, after, fill, progress)?;
         let mask = |first, count, target: &mut [u8]| fill_mask(volume, first, count, target);
@@ -170,19 +174,11 @@ impl Medium {
         if self.plan.masked {
             times.extend(masked);
         }
-        if self.cells.is_none()
-            && let Resource::Sampled(image, _) = &self.cell_distance
-        {
+        if self.cells.is_none() {
             // Never read: only brought to the layout its descriptor names.
-            upload_image(
-                d,
-                image,
-                "medium.unused",
-                1,
-                after,
-                |_, _, to| to.fill(0),
-                &mut |_, _| {},
-            )?;
+            let (name, after) = ("medium.unused", self.plan.reading());
+            let empty = |_, _, to: &mut [u8]| to.fill(0);
+            upload_image(d, &i.cell_distance, name, 1, after, empty, &mut |_, _| {})?;
         }
         Ok(times)
     }
@@ -193,11 +189,13 @@ impl Medium {
     /// The driver's refusal or no memory for staging.
     pub fn upload_table(&self, scene: &Scene) -> Result<Vec<StageTime>, GpuError> {
         let baked = self.plan.table.bake(scene);
-        let mut times = self.upload_row(&self.images.table, 16, bytemuck::cast_slice(&baked))?;
+        let row = bytemuck::cast_slice(&baked);
+        let mut times = self.upload_row(&self.images.table, 16, self.plan.reading(), row)?;
         if let Some(cells) = &self.cells {
             let counts = Table::occupied_before(&baked);
-            let more = self.upload_row(&cells.occupied_before, 4, bytemuck::cast_slice(&counts))?;
-            times.extend(more);
+            let row = bytemuck::cast_slice(&counts);
+            let image = &cells.occupied_before;
+            times.extend(self.upload_row(image, 4, Access::ComputeSampled, row)?);
         }
         let seconds = times.iter().map(|t| t.seconds).sum();
         Ok(vec![StageTime {
@@ -210,18 +208,12 @@ impl Medium {
         &self,
         image: &Image,
         texel: u64,
+        after: Access,
         bytes: &[u8],
     ) -> Result<Vec<StageTime>, GpuError> {
+        let (d, name) = (&self.device, stage::UPLOAD_TABLE);
         let fill = |_, _, to: &mut [u8]| to.copy_from_slice(bytes);
-        upload_image(
-            &self.device,
-            image,
-            stage::UPLOAD_TABLE,
-            texel,
-            Access::ComputeSampled,
-            fill,
-            &mut |_, _| {},
-        )
+        upload_image(d, image, name, texel, after, fill, &mut |_, _| {})
     }
 
     /// Texture value at the table's first entry, and entries a unit of texture value.
@@ -245,22 +237,15 @@ impl Cells {
         volume: &Resource,
         nearest: &Arc<Sampler>,
     ) -> Result<Self, GpuError> {
-        let storage = |name, format| {
-            let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
-            let image_type = ImageType::TYPE_3D;
-            let desc = ImageDesc {
-                image_type,
-                extent: cells.dims,
-                format,
-                usage,
-            };
-            Image::new(device, name, desc).map(Arc::new)
-        };
+        let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
+        let storage = |name, format| image_3d(device, name, cells.dims, format, usage);
         let min_max = storage("cell_min_max", plan.encoding.pair_format().0)?;
         let distance = storage("cell_distance", Format::R8_UINT)?;
         let pong = storage("cell_distance_pong", Format::R8_UINT)?;
         let entries = plan.table.entries + 1;
-        let occupied_before = table_image(device, "occupied_before", entries, Format::R32_UINT)?;
+        let uploaded = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
+        let format = Format::R32_UINT;
+        let occupied_before = table_image(device, "occupied_before", entries, format, uploaded)?;
         let read = |image: &Arc<Image>| Resource::Sampled(image.clone(), nearest.clone());
         let write = |image: &Arc<Image>| Resource::Storage(image.clone());
         let bound = |layout, constants: &[_], resources| {
@@ -311,13 +296,13 @@ fn sampler(device: &Device, name: &str, filter: Filter) -> Result<Arc<Sampler>, 
     .map(Arc::new)
 }
 
-fn sampled(
+fn image_3d(
     device: &Device,
     name: &str,
     extent: UVec3,
     format: Format,
+    usage: ImageUsageFlags,
 ) -> Result<Arc<Image>, GpuError> {
-    let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
     let desc = ImageDesc {
         image_type: ImageType::TYPE_3D,
         extent,
@@ -327,31 +312,16 @@ fn sampled(
     Image::new(device, name, desc).map(Arc::new)
 }
 
-fn volume_image(device: &Device, plan: &MediumPlan) -> Result<Arc<Image>, GpuError> {
-    let mut usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
-    if plan.loaded {
-        usage |= ImageUsageFlags::STORAGE;
-    }
-    let desc = ImageDesc {
-        image_type: ImageType::TYPE_3D,
-        extent: plan.dims,
-        format: plan.encoding.format,
-        usage,
-    };
-    Image::new(device, "volume", desc).map(Arc::new)
-}
-
 fn table_image(
     device: &Device,
     name: &str,
     entries: u32,
     format: Format,
+    usage: ImageUsageFlags,
 ) -> Result<Arc<Image>, GpuError> {
-    let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST;
-    let extent = UVec3::new(entries, 1, 1);
     let desc = ImageDesc {
         image_type: ImageType::TYPE_1D,
-        extent,
+        extent: UVec3::new(entries, 1, 1),
         format,
         usage,
     };

@@ -12,22 +12,22 @@ use crate::technique::view::vec4;
 pub const MAX_LIGHTS: usize = 32;
 
 /// The march by the device's filter, and by loads of 8-bit, 16-bit and float texels. They differ in
-/// how binding 2, the volume, is read.
-const fn march(shader: shader::Shader, volume: &'static [BindingKind; 7]) -> StageLayout {
+/// how bindings 2 to 4, the medium, are read.
+const fn march(shader: shader::Shader, bindings: &'static [BindingKind; 7]) -> StageLayout {
     StageLayout {
         shader,
-        bindings: volume,
+        bindings,
         push_bytes: size_of::<MarchPush>() as u32,
     }
 }
 
-const fn bindings(volume: BindingKind) -> [BindingKind; 7] {
+const fn bindings(medium: BindingKind) -> [BindingKind; 7] {
     [
         BindingKind::UniformBuffer,
         BindingKind::UniformBuffer,
-        volume,
-        BindingKind::SampledImage,
-        BindingKind::SampledImage,
+        medium,
+        medium,
+        medium,
         BindingKind::SampledImage,
         BindingKind::StorageImage,
     ]
@@ -115,7 +115,12 @@ impl MarchUniform {
             dims: vec4(grid.dims.as_dvec3(), step_length(scene, params)),
             cell_scale: vec4(cells_per_texture, -(-params.early_termination).ln_1p()),
             ambient: ambient.extend(shading.diffuse).to_array(),
-            specular: [shading.specular, shading.shininess, 0.0, 0.0],
+            specular: [
+                shading.specular,
+                shading.shininess,
+                shading.merge_opacity,
+                0.0,
+            ],
             gradient: gradient_rows(scene, medium),
             lights,
         }

@@ -25,7 +25,7 @@ pub mod stage {
 }
 
 /// Constants of `ray_march.march`, in the order of their ids.
-pub const CONSTANTS: [Specialization; 9] = {
+pub const CONSTANTS: [Specialization; 10] = {
     const fn constant(id: u32, name: &'static str) -> Specialization {
         Specialization { id, name, value: 0 }
     }
@@ -39,6 +39,7 @@ pub const CONSTANTS: [Specialization; 9] = {
         constant(6, "LIGHT_COUNT"),
         constant(7, "POINT_LIGHTS"),
         constant(8, "SPREAD"),
+        constant(9, "BLOCK"),
     ]
 };
 
@@ -124,18 +125,25 @@ pub fn plan(
     .specialise(scene, params, lights, limits))
 }
 
+/// Samples in a row between two looks at the cells: lit, longer, because they share gradients.
+const fn block(lit: bool) -> u32 {
+    if lit { 8 } else { 4 }
+}
+
 /// Samples on the longest possible ray.
 fn longest_ray(scene: &Scene, params: &RayMarchParams) -> Result<u64, PlanError> {
     let samples = (scene.volume.grid.diagonal() / layout::step_length(scene, params)).ceil();
-    // Each sample is a round of the inner loop, each block of four one of the outer loop.
-    if samples * 1.25 > MAX_ROUNDS {
+    // A look at the cells leaps a sample at least, or ends with a block of four; lit, blocks begin at
+    // multiples of four, and each has at most four gradients.
+    let rounds = if params.shading.is_some() { 2.25 } else { 1.0 };
+    if samples * rounds > MAX_ROUNDS {
         return Err(PlanError::Limit {
             what: "technique.ray_march.step".to_owned(),
             found: format!("{samples} samples on the longest ray"),
-            limit: format!("a ray takes at most {}", (MAX_ROUNDS / 1.25).floor()),
+            limit: format!("a ray takes at most {}", (MAX_ROUNDS / rounds).floor()),
             fix: format!(
                 "raise the step to at least {:.4}",
-                params.step * samples * 1.25 / MAX_ROUNDS
+                params.step * samples * rounds / MAX_ROUNDS
             ),
         });
     }
@@ -173,6 +181,7 @@ impl RayMarchPlan {
             lit,
             u32::from(points),
             limits.worker_threads,
+            block(shade),
         ];
         self.specialization = CONSTANTS
             .into_iter()
