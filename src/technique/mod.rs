@@ -9,28 +9,24 @@ pub mod medium;
 mod plan;
 pub mod ray_march;
 mod renderer;
+mod target;
+mod techniques;
 mod view;
 
 pub use inputs::{Input, Inputs};
 pub(crate) use plan::size;
 pub use plan::{Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan};
 pub use renderer::{FrameReport, Progress, RenderError, Renderer};
+pub use techniques::{NAMES, Technique, TechniquePlan};
 pub use view::ViewUniform;
 
 use crate::gpu::Limits;
-use crate::scene::{Scene, TechniqueParams};
-
-/// Names of all techniques, as in scene files and on the command line.
-pub const NAMES: &[&str] = &[ray_march::NAME];
+use crate::scene::Scene;
 
 /// What the scene's technique would do on a device with these limits: pure data, no Vulkan.
 ///
 /// # Errors
 /// The scene exceeds a limit; the message names it and what would help.
 pub fn plan(scene: &Scene, limits: &Limits) -> Result<Plan, PlanError> {
-    match &scene.technique {
-        TechniqueParams::RayMarch(params) => {
-            Ok(ray_march::plan(scene, params, limits)?.summary(scene))
-        }
-    }
+    Ok(TechniquePlan::new(scene, limits)?.summary(scene))
 }

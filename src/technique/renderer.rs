@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::medium::{self, MediumPlan};
-use super::ray_march::{self, RayMarch, RayMarchPlan};
-use super::{Input, Inputs, Plan, PlanError};
-use crate::gpu::{Device, GpuError, Recorder, StageTime, download_image};
+use super::medium::{self, Medium};
+use super::target::Target;
+use super::{Input, Inputs, Plan, PlanError, Technique, TechniquePlan};
+use crate::gpu::{Device, GpuError, Recorder, StageTime};
 use crate::output::Image;
-use crate::scene::{RayMarchParams, Scene, TechniqueParams};
+use crate::scene::Scene;
 
 /// A scene that cannot be rendered here.
 #[derive(Debug, thiserror::Error)]
@@ -35,10 +35,18 @@ pub struct FrameReport {
 pub struct Renderer {
     device: Device,
     scene: Scene,
+    technique_plan: TechniquePlan,
     plan: Plan,
     // Stages to run at the next frame because one of these changed.
     dirty: Inputs,
-    technique: Option<RayMarch>,
+    state: Option<State>,
+}
+
+/// What lives on the device between frames.
+struct State {
+    medium: Medium,
+    target: Target,
+    technique: Technique,
 }
 
 /// Counts work done, of how much: bytes while loading, bands while rendering.
@@ -50,14 +58,14 @@ impl Renderer {
     /// # Errors
     /// The scene exceeds a limit or the device's memory.
     pub fn new(device: &Device, scene: Scene) -> Result<Self, RenderError> {
-        let plan = super::plan(&scene, &device.info().limits)?;
-        plan.check(&device.info().limits)?;
+        let (technique_plan, plan) = checked(device, &scene)?;
         Ok(Self {
             device: device.clone(),
             scene,
+            technique_plan,
             plan,
             dirty: Inputs::ALL,
-            technique: None,
+            state: None,
         })
     }
 
@@ -78,11 +86,10 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::new`]; the old scene stays then.
     pub fn set_scene(&mut self, scene: Scene) -> Result<(), RenderError> {
-        let plan = super::plan(&scene, &self.device.info().limits)?;
-        plan.check(&self.device.info().limits)?;
+        let (technique_plan, plan) = checked(&self.device, &scene)?;
         self.dirty = self.dirty.union(Inputs::changed(&self.scene, &scene));
         self.scene = scene;
-        self.plan = plan;
+        (self.technique_plan, self.plan) = (technique_plan, plan);
         Ok(())
     }
 
@@ -97,59 +104,46 @@ impl Renderer {
     /// The driver's refusal, no memory, or a validation message.
     pub fn render(&mut self, progress: Progress<'_>) -> Result<(Image, FrameReport), RenderError> {
         let start = Instant::now();
-        let TechniqueParams::RayMarch(params) = self.scene.technique;
-        let plan = ray_march::plan(&self.scene, &params, &self.device.info().limits)?;
-        let mut stages = self.prepare(&plan, &params, progress)?;
-        if let Some(technique) = &self.technique {
-            if self
-                .dirty
-                .intersects(self.depends_on(plan.march().shader.name))
-            {
-                stages.extend(ray_march::record_march(
-                    &self.device,
-                    technique,
-                    &mut |done, total| {
-                        progress("rendering", done, total);
-                    },
-                )?);
-                let (image, to) = (technique.radiance(), technique.read_back());
-                let stage = ray_march::stage::READ_BACK;
-                stages.extend(download_image(&self.device, image, to, stage)?);
-            }
-            self.device.check_validation()?;
+        let (mut stages, state) = self.prepare(progress)?;
+        let image_stage = self.technique_plan.image_stage();
+        if self.dirty.intersects(self.depends_on(image_stage)) {
+            let mut progress = |done, total| progress("rendering", done, total);
+            stages.extend(state.technique.record(&self.device, &mut progress)?);
+            let read_back = self.technique_plan.read_back_stage();
+            stages.extend(state.target.download(&self.device, read_back)?);
         }
+        self.device.check_validation()?;
         self.dirty = Inputs::NONE;
-        let image = self.image();
-        Ok((
-            image,
-            FrameReport {
-                stages,
-                wall_seconds: start.elapsed().as_secs_f64(),
-            },
-        ))
+        let image = state.target.image();
+        self.state = Some(state);
+        let wall_seconds = start.elapsed().as_secs_f64();
+        let report = FrameReport {
+            stages,
+            wall_seconds,
+        };
+        Ok((image, report))
     }
 
     /// Brings resources, voxels, table and cells up to date.
-    fn prepare(
-        &mut self,
-        plan: &RayMarchPlan,
-        params: &RayMarchParams,
-        progress: Progress<'_>,
-    ) -> Result<Vec<StageTime>, RenderError> {
-        // A new medium (other formats or sizes) holds nothing yet, whatever changed.
-        let fits = |m: &MediumPlan| *m == plan.medium;
-        if !self
-            .technique
-            .as_ref()
-            .is_some_and(|t| fits(&t.medium.plan))
-        {
+    fn prepare(&mut self, progress: Progress<'_>) -> Result<(Vec<StageTime>, State), RenderError> {
+        let plan = &self.technique_plan;
+        let (mut medium, mut target, mut technique) = (None, None, None);
+        if let Some(old) = self.state.take() {
+            medium = (old.medium.plan == *plan.medium()).then_some(old.medium);
+            target = Some(old.target);
+            // The bindings of a technique would keep a medium alive that the new one replaces.
+            technique = medium.is_some().then_some(old.technique);
+        }
+        if medium.is_none() {
+            // A new medium (other formats or sizes) holds nothing yet, whatever changed.
             self.dirty = self.dirty.union(Inputs::of(&[Input::Volume]));
         }
-        let old = self.technique.take();
-        let technique = RayMarch::new(&self.device, plan, old)?;
-        let technique = &*self.technique.insert(technique);
-        technique.write_uniforms(&self.scene, params);
-        let medium = &technique.medium;
+        let medium = medium.map_or_else(|| Medium::new(&self.device, plan.medium()), Ok)?;
+        let size = [self.scene.image.width, self.scene.image.height];
+        let target = Target::new(&self.device, size, target)?;
+        let technique = plan.create(&self.device, &medium, &target, technique)?;
+        target.write_view(&self.scene);
+        technique.write_uniforms(&self.scene, &medium);
         let mut stages = Vec::new();
         if self.dirty.contains(Input::Volume) {
             stages.extend(
@@ -158,16 +152,21 @@ impl Renderer {
                 })?,
             );
             let mut recorder = Recorder::new(&self.device)?;
-            medium::record_ranges(&mut recorder, medium);
+            medium::record_ranges(&mut recorder, &medium);
             stages.extend(recorder.submit()?);
         }
         if self.dirty.contains(Input::Volume) || self.dirty.contains(Input::TransferFunction) {
             stages.extend(medium.upload_table(&self.scene)?);
             let mut recorder = Recorder::new(&self.device)?;
-            medium::record_occupancy(&mut recorder, medium);
+            medium::record_occupancy(&mut recorder, &medium);
             stages.extend(recorder.submit()?);
         }
-        Ok(stages)
+        let state = State {
+            medium,
+            target,
+            technique,
+        };
+        Ok((stages, state))
     }
 
     fn depends_on(&self, name: &str) -> Inputs {
@@ -177,23 +176,13 @@ impl Renderer {
             .find(|s| s.name == name)
             .map_or(Inputs::ALL, |s| s.depends_on)
     }
+}
 
-    /// The last frame, from the read-back buffer.
-    fn image(&self) -> Image {
-        let (width, height) = (self.scene.image.width, self.scene.image.height);
-        let count = width as usize * height as usize;
-        let pixels = self.technique.as_ref().map_or_else(Vec::new, |t| {
-            t.read_back().with_bytes(|bytes| {
-                let texels = bytes.chunks_exact(16).take(count);
-                texels
-                    .map(bytemuck::pod_read_unaligned::<[f32; 4]>)
-                    .collect()
-            })
-        });
-        Image {
-            width,
-            height,
-            pixels,
-        }
-    }
+/// The scene's plan, found to fit the device.
+fn checked(device: &Device, scene: &Scene) -> Result<(TechniquePlan, Plan), PlanError> {
+    let limits = &device.info().limits;
+    let technique_plan = TechniquePlan::new(scene, limits)?;
+    let plan = technique_plan.summary(scene);
+    plan.check(limits)?;
+    Ok((technique_plan, plan))
 }

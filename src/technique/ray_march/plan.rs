@@ -3,12 +3,10 @@
 use glam::UVec3;
 
 use super::{MAX_LIGHTS, NAME, layout};
-use crate::gpu::{Format, Limits, Specialization, StageLayout};
+use crate::gpu::{Limits, Specialization, StageLayout};
 use crate::scene::{Light, RayMarchParams, Scene};
 use crate::technique::medium::MediumPlan;
-use crate::technique::{
-    Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan,
-};
+use crate::technique::{Input, Inputs, Omission, Plan, PlanError, StagePlan, target};
 
 /// Stage names of the technique.
 pub mod stage {
@@ -272,19 +270,7 @@ impl RayMarchPlan {
             specialization: Vec::new(),
         });
         let mut resources = self.medium.resources();
-        let bytes = 16 * u64::from(self.image[0]) * u64::from(self.image[1]);
-        let shrink = "lower image.width and image.height";
-        let image = |name, format, extent| ResourcePlan {
-            name,
-            kind: ResourceKind::Image,
-            extent,
-            format,
-            bytes,
-            shrink,
-        };
-        resources.push(image("radiance", Format::R32G32B32A32_SFLOAT, pixels));
-        let linear = UVec3::new(u32::try_from(bytes).unwrap_or(u32::MAX), 1, 1);
-        resources.push(image("read_back", Format::UNDEFINED, linear));
+        resources.extend(target::resources(self.image));
         let mut omitted = self.medium.omitted();
         omitted.extend(self.omitted.iter().cloned());
         Plan {

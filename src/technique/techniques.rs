@@ -1,0 +1,114 @@
+//! All techniques in one enum: what the renderer asks of each. A new technique adds an arm to each
+//! function here.
+
+use super::medium::{Medium, MediumPlan};
+use super::ray_march::{self, RayMarch, RayMarchPlan};
+use super::target::Target;
+use super::{Plan, PlanError};
+use crate::gpu::{Device, GpuError, Limits, StageTime};
+use crate::scene::{RayMarchParams, Scene, TechniqueParams};
+
+/// Names of all techniques, as in scene files and on the command line.
+pub const NAMES: &[&str] = &[ray_march::NAME];
+
+/// What a technique is going to do for a scene: pure data.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TechniquePlan {
+    /// Emission-absorption and gradient shading.
+    RayMarch(RayMarchPlan, RayMarchParams),
+}
+
+/// A technique on the device.
+pub enum Technique {
+    /// Emission-absorption and gradient shading.
+    RayMarch(RayMarch, RayMarchParams),
+}
+
+impl TechniquePlan {
+    /// Plans the scene's technique.
+    ///
+    /// # Errors
+    /// The scene exceeds a limit of the device or of a shader.
+    pub fn new(scene: &Scene, limits: &Limits) -> Result<Self, PlanError> {
+        match &scene.technique {
+            TechniqueParams::RayMarch(params) => {
+                ray_march::plan(scene, params, limits).map(|plan| Self::RayMarch(plan, *params))
+            }
+        }
+    }
+
+    /// The plan as shown to the user.
+    #[must_use]
+    pub fn summary(&self, scene: &Scene) -> Plan {
+        match self {
+            Self::RayMarch(plan, _) => plan.summary(scene),
+        }
+    }
+
+    /// The medium's part.
+    #[must_use]
+    pub const fn medium(&self) -> &MediumPlan {
+        match self {
+            Self::RayMarch(plan, _) => &plan.medium,
+        }
+    }
+
+    /// The stage that writes the image.
+    #[must_use]
+    pub fn image_stage(&self) -> &'static str {
+        match self {
+            Self::RayMarch(plan, _) => plan.march().shader.name,
+        }
+    }
+
+    /// The stage that copies the image to the host.
+    #[must_use]
+    pub const fn read_back_stage(&self) -> &'static str {
+        match self {
+            Self::RayMarch(..) => ray_march::stage::READ_BACK,
+        }
+    }
+
+    /// Creates what the plan asks for, or takes over from `old` what still fits.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory.
+    pub fn create(
+        &self,
+        device: &Device,
+        medium: &Medium,
+        target: &Target,
+        old: Option<Technique>,
+    ) -> Result<Technique, GpuError> {
+        match self {
+            Self::RayMarch(plan, params) => {
+                let old = old.map(|Technique::RayMarch(old, _)| old);
+                RayMarch::new(device, plan, medium, target, old)
+                    .map(|technique| Technique::RayMarch(technique, *params))
+            }
+        }
+    }
+}
+
+impl Technique {
+    /// Writes what the technique's shaders read of the scene beside view and medium.
+    pub fn write_uniforms(&self, scene: &Scene, medium: &Medium) {
+        match self {
+            Self::RayMarch(technique, params) => technique.write_uniforms(scene, params, medium),
+        }
+    }
+
+    /// Renders into the target; `progress(done, total)` counts pieces of work.
+    ///
+    /// # Errors
+    /// The driver's refusal, a lost device, or a validation message.
+    pub fn record(
+        &self,
+        device: &Device,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> Result<Vec<StageTime>, GpuError> {
+        match self {
+            Self::RayMarch(technique, _) => ray_march::record_march(device, technique, progress),
+        }
+    }
+}
