@@ -8,7 +8,7 @@ use common::{
 };
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, UVec3, Vec3};
 use tyndall::output::Image;
-use tyndall::scene::{Camera, Falloff, Light, Plane, Projection, Scene, Shading, TechniqueParams};
+use tyndall::scene::{Camera, Falloff, Light, Plane, Projection, Scene, Shading};
 use tyndall::technique::ray_march::reference;
 use tyndall::volume::procedural::Procedural;
 use tyndall::volume::{Grid, ScalarType, Space};
@@ -498,7 +498,6 @@ fn a_step_too_small_or_too_many_lights_are_refused_with_the_fix() {
     );
     let mut s = blob_scene(8);
     s.lights = vec![s.lights[0]; 40];
-    let TechniqueParams::RayMarch(_) = s.technique;
     let message = tyndall::technique::plan(&s, &device.info().limits)
         .unwrap_err()
         .to_string();

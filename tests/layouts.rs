@@ -7,9 +7,10 @@ use spirq::prelude::*;
 use spirq::ty::DescriptorType;
 use tyndall::gpu::shader::{self, Shader};
 use tyndall::gpu::{BindingKind, StageLayout};
-use tyndall::technique::ViewUniform;
 use tyndall::technique::medium::{self, OccupancyPush};
-use tyndall::technique::ray_march::{self, MarchLight, MarchPush, MarchUniform};
+use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
+use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
+use tyndall::technique::{LightUniform, ViewUniform};
 
 fn reflect(shader: &Shader) -> EntryPoint {
     let mut config = ReflectConfig::new();
@@ -21,7 +22,7 @@ fn reflect(shader: &Shader) -> EntryPoint {
 }
 
 fn layouts() -> Vec<StageLayout> {
-    [medium::LAYOUTS, ray_march::LAYOUTS].concat()
+    [medium::LAYOUTS, path_trace::LAYOUTS, ray_march::LAYOUTS].concat()
 }
 
 /// Offsets of a block's members in declaration order, and its size.
@@ -49,6 +50,9 @@ fn block(shader: &Shader, wanted: Option<u32>) -> (Vec<usize>, usize) {
 fn blocks_have_the_offsets_of_their_rust_structs() {
     for march in ray_march::LAYOUTS.iter().map(|l| &l.shader) {
         march_blocks(march);
+    }
+    for trace in path_trace::LAYOUTS.iter().map(|l| &l.shader) {
+        trace_blocks(trace);
     }
     let push = vec![
         offset_of!(OccupancyPush, table_min),
@@ -88,7 +92,10 @@ fn march_blocks(march: &Shader) {
     ];
     assert_eq!(block(march, Some(1)), (uniform, size_of::<MarchUniform>()));
     assert_eq!(
-        (offset_of!(MarchLight, irradiance), size_of::<MarchLight>()),
+        (
+            offset_of!(LightUniform, irradiance),
+            size_of::<LightUniform>()
+        ),
         (16, 32)
     );
     let push = vec![
@@ -97,6 +104,27 @@ fn march_blocks(march: &Shader) {
         offset_of!(MarchPush, sub_sample),
     ];
     assert_eq!(block(march, None), (push, size_of::<MarchPush>()));
+}
+
+fn trace_blocks(trace: &Shader) {
+    let uniform = vec![
+        offset_of!(TraceUniform, table),
+        offset_of!(TraceUniform, dims),
+        offset_of!(TraceUniform, bounds),
+        offset_of!(TraceUniform, straight),
+        offset_of!(TraceUniform, line),
+        offset_of!(TraceUniform, environment),
+        offset_of!(TraceUniform, grid_from_world),
+        offset_of!(TraceUniform, lights),
+    ];
+    assert_eq!(block(trace, Some(1)), (uniform, size_of::<TraceUniform>()));
+    let push = vec![
+        offset_of!(TracePush, rounds),
+        offset_of!(TracePush, samples),
+        offset_of!(TracePush, seed),
+        offset_of!(TracePush, first),
+    ];
+    assert_eq!(block(trace, None), (push, size_of::<TracePush>()));
 }
 
 #[test]
@@ -185,6 +213,13 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         (shader::MEDIUM_CELL_MIN_MAX, cells.min_max_constants()),
         (shader::MEDIUM_CELL_OCCUPANCY, cells.reach_constants()),
         (shader::MEDIUM_CELL_DISTANCE, cells.reach_constants()),
+        (shader::PATH_TRACE_TRACE, path_trace::CONSTANTS.to_vec()),
+        (shader::PATH_TRACE_TRACE_R8, path_trace::CONSTANTS.to_vec()),
+        (shader::PATH_TRACE_TRACE_R16, path_trace::CONSTANTS.to_vec()),
+        (
+            shader::PATH_TRACE_TRACE_R32F,
+            path_trace::CONSTANTS.to_vec(),
+        ),
         (shader::RAY_MARCH_MARCH, ray_march::CONSTANTS.to_vec()),
         (shader::RAY_MARCH_MARCH_R8, ray_march::CONSTANTS.to_vec()),
         (shader::RAY_MARCH_MARCH_R16, ray_march::CONSTANTS.to_vec()),

@@ -25,7 +25,7 @@ fn folders(path: &Path) -> Vec<String> {
 
 /// Every stage that has a name anywhere in the program.
 fn stages() -> Vec<&'static str> {
-    use technique::{medium::stage as m, ray_march::stage as r};
+    use technique::{medium::stage as m, path_trace::stage as p, ray_march::stage as r};
     vec![
         m::UPLOAD_VOLUME,
         m::UPLOAD_MASK,
@@ -38,6 +38,12 @@ fn stages() -> Vec<&'static str> {
         r::MARCH_R16,
         r::MARCH_R32F,
         r::READ_BACK,
+        p::TRACE,
+        p::TRACE_R8,
+        p::TRACE_R16,
+        p::TRACE_R32F,
+        p::UPLOAD_LEAVES,
+        p::READ_BACK,
     ]
 }
 

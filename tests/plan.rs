@@ -6,8 +6,12 @@ mod common;
 use common::{constant, cube, points, scene, volume, with};
 use glam::{DVec3, UVec3, Vec3};
 use tyndall::gpu::{Format, Limits};
-use tyndall::scene::{Light, Plane, Scene, Shading};
-use tyndall::technique::{Input, Plan, ResourceKind, plan};
+use tyndall::scene::transfer_function::Quantity;
+use tyndall::scene::{
+    Light, PathTraceParams, Plane, Scene, Shading, TechniqueParams, TransferFunction,
+};
+use tyndall::technique::path_trace::leaves;
+use tyndall::technique::{Input, Plan, ResourceKind, medium, plan};
 use tyndall::volume::{Grid, ScalarType};
 
 /// A modest desktop GPU.
@@ -315,4 +319,100 @@ fn a_plan_reads_well_as_text_and_json() {
     assert_eq!(json["technique"], "ray_march");
     assert_eq!(json["resources"][0]["format"], "R16_UNORM");
     assert_eq!(json["stages"][0]["depends_on"][0], "volume");
+}
+
+fn traced(mut scene: Scene) -> Plan {
+    scene.technique = TechniqueParams::PathTrace(PathTraceParams::default());
+    plan(&scene, &LIMITS).unwrap()
+}
+
+#[test]
+fn path_trace_bounds_leaves_only_where_they_can_help() {
+    let p = traced(sparse());
+    assert!(has(&p, "leaves") && left_out(&p, "leaves").is_none());
+    assert!(
+        p.stages
+            .iter()
+            .any(|s| s.name == "path_trace.upload_leaves")
+    );
+    let even = traced(scene(
+        volume(cube(8), ScalarType::U8, |_| 1.0),
+        constant(Vec3::ONE, 0.5),
+    ));
+    assert!(left_out(&even, "leaves").is_some());
+    let mut thin = sparse();
+    thin.medium.density_scale = 1e-6;
+    assert!(left_out(&traced(thin), "leaves").is_some());
+}
+
+#[test]
+fn path_trace_leaves_out_shadow_rays_and_a_straight_table() {
+    let mut dark = sparse();
+    dark.lights.clear();
+    assert!(left_out(&traced(dark), "shadow rays").is_some());
+    let p = traced(sparse());
+    assert!(left_out(&p, "shadow rays").is_none());
+    assert!(left_out(&p, "transfer function's table").is_none());
+    let mut straight = sparse();
+    straight.medium.transfer_function = TransferFunction {
+        quantity: Quantity::Extinction,
+        ..points(&[(0.0, Vec3::ONE, 0.0), (100.0, Vec3::ONE, 30.0)])
+    };
+    assert!(left_out(&traced(straight), "transfer function's table").is_some());
+}
+
+#[test]
+fn leaves_bound_every_sample() {
+    // Noise, holes and a transfer function with a spike and a gap.
+    let noise = |i: UVec3| f64::from((i.x * 7919 + i.y * 104_729 + i.z * 1_299_709) % 1000);
+    let v = volume(
+        Grid::centred(UVec3::new(19, 9, 13), DVec3::new(1.0, 2.0, 0.5)),
+        ScalarType::F32,
+        |i| {
+            if i.x == 3 {
+                f64::NAN
+            } else {
+                noise(i) * f64::from(i.y) / 9.0
+            }
+        },
+    );
+    let s = scene(
+        v,
+        points(&[
+            (0.0, Vec3::ONE, 0.1),
+            (200.0, Vec3::ONE, 0.0),
+            (400.0, Vec3::ONE, 0.0),
+            (405.0, Vec3::ONE, 0.9),
+            (410.0, Vec3::ONE, 0.0),
+            (1000.0, Vec3::ONE, 0.2),
+        ]),
+    );
+    let table = medium::Table::choose(&s, 16383);
+    let baked = table.bake(&s);
+    let leaves = leaves::leaves(&s, &table);
+    let (dims, edge) = (s.volume.grid.dims, leaves::cell_edge(s.volume.grid.dims));
+    let cells = leaves::cells_along(dims);
+    let mut checked = 0;
+    for n in 0..20_000u32 {
+        // A low-discrepancy sequence over the box in grid coordinates.
+        let at = |step: f64| (f64::from(n) * step).fract();
+        let p = DVec3::new(at(0.8191725), at(0.6710436), at(0.5497005)) * dims.as_dvec3();
+        let value = s.volume.sample_index(p - 0.5);
+        let cell = (p.as_uvec3() / edge).min(cells - 1);
+        let [max, min] = leaves[(cell.x + cells.x * (cell.y + cells.y * cell.z)) as usize];
+        let sigma_t = if value.is_finite() {
+            let entry =
+                (value - table.min) / (table.max - table.min) * f64::from(table.entries - 1);
+            let i = entry as usize;
+            let next = baked[(i + 1).min(baked.len() - 1)][3];
+            baked[i][3] + (next - baked[i][3]) * entry.fract() as f32
+        } else {
+            0.0
+        };
+        let room = 1e-5 * f32::from_bits(max);
+        assert!(f32::from_bits(min) <= sigma_t + room, "{p}");
+        assert!(sigma_t <= f32::from_bits(max) + room, "{p}");
+        checked += u32::from(sigma_t > 0.0);
+    }
+    assert!(checked > 1000, "{checked}");
 }

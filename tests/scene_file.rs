@@ -131,7 +131,9 @@ fn every_key_reaches_the_scene() {
         (i.exposure, i.tone_map),
         (Exposure::Stops(-1.5), ToneMap::Filmic)
     );
-    let TechniqueParams::RayMarch(p) = scene.technique;
+    let TechniqueParams::RayMarch(p) = scene.technique else {
+        panic!("not ray_march");
+    };
     let shading = p.shading.unwrap();
     assert_eq!((shading.ambient, shading.shininess), (0.5, 50.0));
     assert_eq!(shading.diffuse, 0.9);
@@ -149,7 +151,9 @@ fn an_empty_file_is_automatic() {
         (scene.medium.density_scale, scene.medium.phase_g),
         (1.0, 0.0)
     );
-    let TechniqueParams::RayMarch(p) = scene.technique;
+    let TechniqueParams::RayMarch(p) = scene.technique else {
+        panic!("not ray_march");
+    };
     assert_eq!((p.step, p.early_termination), (0.5, 0.98));
     assert!(scene.medium.transfer_function.name.starts_with("automatic"));
     assert!(resolved(&parse("lights = []")).lights.is_empty());
@@ -173,7 +177,9 @@ fn transfer_functions_are_points_or_presets() {
 fn shading_is_a_switch_or_a_table() {
     let shading = |value: &str| {
         let text = format!("technique.ray_march.shading = {value}");
-        let TechniqueParams::RayMarch(p) = resolved(&parse(&text)).technique;
+        let TechniqueParams::RayMarch(p) = resolved(&parse(&text)).technique else {
+            panic!("not ray_march");
+        };
         p.shading
     };
     assert_eq!(shading("false"), None);

@@ -15,15 +15,10 @@ layout(constant_id = 9) const int BLOCK = 4;
 
 #include "shared/view.glsl"
 #include "shared/intersect.glsl"
+#include "shared/lights.glsl"
 #include "shared/transmittance.glsl"
 
-const uint MAX_LIGHTS = 32;
 const float INV_PI = 0.318309886;
-
-struct MarchLight {
-    vec4 place;      // xyz: unit vector towards a directional light (w = 0), or position (w > 0)
-    vec4 irradiance; // rgb: of a directional light, or intensity; w: 1 weakens with distance squared
-};
 
 layout(std140, set = 0, binding = 1) uniform March {
     vec4 table;        // texture value of the first entry, entries a unit of it, entries, unused
@@ -32,7 +27,7 @@ layout(std140, set = 0, binding = 1) uniform March {
     vec4 ambient;      // rgb: ambient factor times environment radiance; w: diffuse factor
     vec4 specular;     // x: factor, y: exponent, z: opacity gathered under one gradient
     vec4 gradient[3];  // world direction of a difference along x, y, z
-    MarchLight lights[MAX_LIGHTS];
+    Light lights[MAX_LIGHTS];
 } march;
 
 layout(set = 0, binding = 5) uniform sampler3D finite_mask;
@@ -45,7 +40,7 @@ float tau_end;
 mat3 world_from_difference;
 vec4 ambient;
 vec4 specular;
-MarchLight lights[LIGHT_COUNT + 1];
+Light lights[LIGHT_COUNT + 1];
 
 layout(push_constant) uniform Push {
     uint first_tile;
@@ -77,7 +72,7 @@ vec3 shade(float weight, vec3 color, vec3 gradient, vec3 x, vec3 w_o) {
     // The side that faces the viewer is lit.
     n = dot(n, w_o) < 0.0 ? -n : n;
     for (uint i = 0; i < LIGHT_COUNT; ++i) {
-        MarchLight light = lights[i];
+        Light light = lights[i];
         vec3 w_i = light.place.xyz;
         vec3 irradiance = light.irradiance.rgb;
         if (POINT_LIGHTS && light.place.w > 0.0) {

@@ -5,7 +5,9 @@ const int MAX_BLOCK = 8;
 
 layout(set = 0, binding = 2) uniform sampler3D volume;
 layout(set = 0, binding = 3) uniform sampler1D transfer_function;
+#ifndef NO_CELLS
 layout(set = 0, binding = 4) uniform usampler3D cell_distance;
+#endif
 
 float value_at(vec3 q, vec3 last) {
     return textureLod(volume, (q + 0.5) / (last + 1.0), 0.0).r;
@@ -31,6 +33,12 @@ vec4 table_at(float entry, float entries) {
     return textureLod(transfer_function, (entry + 0.5) / entries, 0.0);
 }
 
+// Extinction alone.
+float extinction_at(float entry, float entries) {
+    return table_at(entry, entries).a;
+}
+
+#ifndef NO_CELLS
 // Cells to the nearest occupied one, 0 in it.
 uint distance_at(ivec3 cell) {
     return texelFetch(cell_distance, cell, 0).r;
@@ -39,3 +47,4 @@ uint distance_at(ivec3 cell) {
 ivec3 cells_along() {
     return textureSize(cell_distance, 0);
 }
+#endif

@@ -7,7 +7,9 @@ const int MAX_BLOCK = 8;
 
 layout(set = 0, binding = 2, TEXEL_FORMAT) readonly uniform image3D volume;
 layout(set = 0, binding = 3, rgba32f) readonly uniform image1D transfer_function;
+#ifndef NO_CELLS
 layout(set = 0, binding = 4, r8ui) readonly uniform uimage3D cell_distance;
+#endif
 
 // The voxels around a point: the lower corner of its cell, the upper one, and the place between.
 struct Corner {
@@ -27,6 +29,15 @@ Corner corner_of(vec3 q, vec3 last) {
 
 float texel(int x, int y, int z) {
     return imageLoad(volume, ivec3(x, y, z)).r;
+}
+
+float value_at(vec3 q, vec3 last) {
+    Corner c = corner_of(q, last);
+    float x00 = mix(texel(c.lo.x, c.lo.y, c.lo.z), texel(c.hi.x, c.lo.y, c.lo.z), c.f.x);
+    float x10 = mix(texel(c.lo.x, c.hi.y, c.lo.z), texel(c.hi.x, c.hi.y, c.lo.z), c.f.x);
+    float x01 = mix(texel(c.lo.x, c.lo.y, c.hi.z), texel(c.hi.x, c.lo.y, c.hi.z), c.f.x);
+    float x11 = mix(texel(c.lo.x, c.hi.y, c.hi.z), texel(c.hi.x, c.hi.y, c.hi.z), c.f.x);
+    return mix(mix(x00, x10, c.f.y), mix(x01, x11, c.f.y), c.f.z);
 }
 
 // Values of `count` samples from q_0 + i dq on, dq apart; the same to the bit wherever they begin.
@@ -101,6 +112,14 @@ vec4 table_at(float entry, float entries) {
     return mix(imageLoad(transfer_function, lo), imageLoad(transfer_function, hi), entry - float(lo));
 }
 
+// Extinction alone.
+float extinction_at(float entry, float entries) {
+    int lo = int(entry);
+    int hi = min(lo + 1, int(entries) - 1);
+    return mix(imageLoad(transfer_function, lo).a, imageLoad(transfer_function, hi).a, entry - float(lo));
+}
+
+#ifndef NO_CELLS
 // Cells to the nearest occupied one, 0 in it.
 uint distance_at(ivec3 cell) {
     return imageLoad(cell_distance, cell).r;
@@ -109,3 +128,4 @@ uint distance_at(ivec3 cell) {
 ivec3 cells_along() {
     return imageSize(cell_distance);
 }
+#endif

@@ -21,19 +21,42 @@ struct Ray {
     float t_min;    // the eye, as seen from `origin`
 };
 
-// The ray through sub-sample `sub` of a pixel; row 0 is the top.
-Ray camera_ray(uvec2 pixel, uint sub) {
-    uint n = view.image.z;
-    vec2 offset = (vec2(sub % n, sub / n) + 0.5) / float(n);
-    vec2 ndc = 2.0 * (vec2(pixel) + offset) / vec2(view.image.xy) - 1.0;
+// All rays of the image, so that the block is read once.
+struct CameraRays {
+    vec3 origin;
+    vec3 origin_right;
+    vec3 origin_up;
+    vec3 forward;
+    vec3 right;
+    vec3 up;
+    float eye;
+    vec2 pixels;
+    uint samples; // along each axis of a pixel
+};
+
+CameraRays camera_rays() {
+    return CameraRays(view.pivot.xyz, view.pivot_right.xyz, view.pivot_up.xyz, view.forward.xyz,
+                      view.ray_right.xyz, view.ray_up.xyz, view.forward.w, vec2(view.image.xy), view.image.z);
+}
+
+// The ray through a place in the image, in pixels from its top left corner.
+Ray ray_at(CameraRays rays, vec2 place) {
+    vec2 ndc = 2.0 * place / rays.pixels - 1.0;
     ndc.y = -ndc.y;
-    vec3 d = view.forward.xyz + ndc.x * view.ray_right.xyz + ndc.y * view.ray_up.xyz;
+    vec3 d = rays.forward + ndc.x * rays.right + ndc.y * rays.up;
     float length_d = length(d);
     Ray ray;
-    ray.origin = view.pivot.xyz + ndc.x * view.pivot_right.xyz + ndc.y * view.pivot_up.xyz;
+    ray.origin = rays.origin + ndc.x * rays.origin_right + ndc.y * rays.origin_up;
     ray.direction = d / length_d;
-    ray.t_min = -view.forward.w * length_d;
+    ray.t_min = -rays.eye * length_d;
     return ray;
+}
+
+// The ray through sub-sample `sub` of a pixel; row 0 is the top.
+Ray camera_ray(uvec2 pixel, uint sub) {
+    CameraRays rays = camera_rays();
+    uint n = rays.samples;
+    return ray_at(rays, vec2(pixel) + (vec2(sub % n, sub / n) + 0.5) / float(n));
 }
 
 vec3 texture_point(vec3 x) {

@@ -32,6 +32,14 @@ shaders! {
     MEDIUM_CELL_OCCUPANCY = "medium" / "cell_occupancy";
     /// Distance from every cell to the nearest occupied one.
     MEDIUM_CELL_DISTANCE = "medium" / "cell_distance";
+    /// Paths of light, some collisions further.
+    PATH_TRACE_TRACE = "path_trace" / "trace";
+    /// The same, the volume read by loads of 8-bit texels.
+    PATH_TRACE_TRACE_R8 = "path_trace" / "trace_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    PATH_TRACE_TRACE_R16 = "path_trace" / "trace_r16";
+    /// The same, the volume read by loads of float texels.
+    PATH_TRACE_TRACE_R32F = "path_trace" / "trace_r32f";
     /// The radiance of every pixel.
     RAY_MARCH_MARCH = "ray_march" / "march";
     /// The same, the volume read by loads of 8-bit texels.

@@ -11,6 +11,10 @@ pub struct Medium {
     pub density_scale: f64,
     /// Factor on the colour that gives `albedo_rgb`, in [0, 1]. Not used by emission-absorption.
     pub albedo: f64,
+    /// Factor on the colour that gives the radiance that the medium emits where it is opaque, >= 0:
+    /// its source term is `sigma_t * emission * colour`. Emission-absorption has this term with
+    /// factor 1 instead.
+    pub emission: f64,
     /// Mean cosine of the Henyey-Greenstein phase function, in [-0.99, 0.99]; > 0 is forward.
     /// Not used by emission-absorption.
     pub phase_g: f64,

@@ -15,7 +15,9 @@ pub use clip::{Clip, Plane};
 pub use color::{linear_from_srgb, srgb_from_linear};
 pub use light::{Falloff, Light};
 pub use medium::Medium;
-pub use settings::{Exposure, ImageSettings, RayMarchParams, Shading, TechniqueParams, ToneMap};
+pub use settings::{
+    Exposure, ImageSettings, PathTraceParams, RayMarchParams, Shading, TechniqueParams, ToneMap,
+};
 pub use transfer_function::{ControlPoint, TransferFunction};
 
 use std::sync::Arc;

@@ -133,11 +133,34 @@ impl Default for RayMarchParams {
     }
 }
 
+/// Parameters of `path_trace`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PathTraceParams {
+    /// Samples a pixel, in [1, 1048576].
+    pub samples: u32,
+    /// Most scattering events a path may have; `None`: no limit.
+    pub max_scatter: Option<u32>,
+    /// Chooses the random numbers.
+    pub seed: u32,
+}
+
+impl Default for PathTraceParams {
+    fn default() -> Self {
+        Self {
+            samples: 64,
+            max_scatter: None,
+            seed: 0,
+        }
+    }
+}
+
 /// The technique and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TechniqueParams {
     /// Emission-absorption and gradient shading.
     RayMarch(RayMarchParams),
+    /// The unbiased reference: multiple scattering.
+    PathTrace(PathTraceParams),
 }
 
 impl TechniqueParams {
@@ -146,6 +169,7 @@ impl TechniqueParams {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::RayMarch(_) => "ray_march",
+            Self::PathTrace(_) => "path_trace",
         }
     }
 
@@ -154,6 +178,7 @@ impl TechniqueParams {
     pub const fn uses_lights(&self) -> bool {
         match self {
             Self::RayMarch(p) => p.shading.is_some(),
+            Self::PathTrace(_) => true,
         }
     }
 }

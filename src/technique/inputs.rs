@@ -14,7 +14,7 @@ pub enum Input {
     Volume,
     /// Colour, opacity and density scale.
     TransferFunction,
-    /// Phase function and albedo.
+    /// Phase function, albedo and emission.
     Phase,
     /// Light sources.
     Light,
@@ -104,11 +104,15 @@ impl Inputs {
             (
                 Input::TransferFunction,
                 a.transfer_function.points != b.transfer_function.points
+                    || a.transfer_function.quantity != b.transfer_function.quantity
                     || a.transfer_function.opacity_unit_distance
                         != b.transfer_function.opacity_unit_distance
                     || a.density_scale != b.density_scale,
             ),
-            (Input::Phase, a.phase_g != b.phase_g || a.albedo != b.albedo),
+            (
+                Input::Phase,
+                (a.phase_g, a.albedo, a.emission) != (b.phase_g, b.albedo, b.emission),
+            ),
             (Input::Light, old.lights != new.lights),
             (Input::Camera, old.camera != new.camera),
             (Input::Clip, old.clip != new.clip),

@@ -5,15 +5,19 @@
 //! say where the medium is empty.
 
 mod inputs;
+mod lights;
 pub mod medium;
+pub mod path_trace;
 mod plan;
 pub mod ray_march;
+mod reference_ray;
 mod renderer;
 mod target;
 mod techniques;
 mod view;
 
 pub use inputs::{Input, Inputs};
+pub use lights::{LightUniform, MAX_LIGHTS};
 pub(crate) use plan::size;
 pub use plan::{Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan};
 pub use renderer::{FrameReport, Progress, RenderError, Renderer};

@@ -124,6 +124,17 @@ impl Renderer {
         Ok((image, report))
     }
 
+    /// Squared standard error of every pixel of the last image, RGB, if the technique estimates it.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory.
+    pub fn variance(&self) -> Result<Option<Vec<[f32; 3]>>, RenderError> {
+        let Some(state) = &self.state else {
+            return Ok(None);
+        };
+        Ok(state.technique.variance(&self.device)?)
+    }
+
     /// Brings resources, voxels, table and cells up to date.
     fn prepare(&mut self, progress: Progress<'_>) -> Result<(Vec<StageTime>, State), RenderError> {
         let plan = &self.technique_plan;
@@ -141,7 +152,7 @@ impl Renderer {
         let medium = medium.map_or_else(|| Medium::new(&self.device, plan.medium()), Ok)?;
         let size = [self.scene.image.width, self.scene.image.height];
         let target = Target::new(&self.device, size, target)?;
-        let technique = plan.create(&self.device, &medium, &target, technique)?;
+        let mut technique = plan.create(&self.device, &medium, &target, technique)?;
         target.write_view(&self.scene);
         technique.write_uniforms(&self.scene, &medium);
         let mut stages = Vec::new();
@@ -161,6 +172,7 @@ impl Renderer {
             medium::record_occupancy(&mut recorder, &medium);
             stages.extend(recorder.submit()?);
         }
+        stages.extend(technique.upload(&self.device, &self.scene, &medium, self.dirty)?);
         let state = State {
             medium,
             target,

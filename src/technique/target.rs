@@ -5,13 +5,13 @@ use std::sync::Arc;
 use bytemuck::Pod;
 use glam::UVec3;
 
-use super::{ResourceKind, ResourcePlan, ViewUniform};
+use super::{PlanError, ResourceKind, ResourcePlan, ViewUniform};
 use crate::gpu::{
     Access, Buffer, BufferUse, Device, Format, GpuError, Image, ImageDesc, ImageType,
-    ImageUsageFlags, Recorder, StageTime, download_image,
+    ImageUsageFlags, Limits, Recorder, StageTime, download_image,
 };
 use crate::output;
-use crate::scene::Scene;
+use crate::scene::{ImageSettings, Scene};
 
 /// The image on the device, the way back to the host, and the view.
 pub struct Target {
@@ -87,6 +87,25 @@ impl Target {
             pixels,
         }
     }
+}
+
+/// Checks that the device can hold the image.
+///
+/// # Errors
+/// It exceeds a limit.
+pub(super) fn check(image: &ImageSettings, limits: &Limits) -> Result<(), PlanError> {
+    if image.width.max(image.height) <= limits.max_image_2d {
+        return Ok(());
+    }
+    Err(PlanError::Limit {
+        what: "image".to_owned(),
+        found: format!("{} x {}", image.width, image.height),
+        limit: format!(
+            "the device's images reach {} along an axis",
+            limits.max_image_2d
+        ),
+        fix: "lower image.width and image.height".to_owned(),
+    })
 }
 
 /// The target's resources with their sizes.

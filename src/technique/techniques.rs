@@ -2,26 +2,31 @@
 //! function here.
 
 use super::medium::{Medium, MediumPlan};
+use super::path_trace::{self, PathTrace, PathTracePlan};
 use super::ray_march::{self, RayMarch, RayMarchPlan};
 use super::target::Target;
-use super::{Plan, PlanError};
+use super::{Inputs, Plan, PlanError};
 use crate::gpu::{Device, GpuError, Limits, StageTime};
-use crate::scene::{RayMarchParams, Scene, TechniqueParams};
+use crate::scene::{PathTraceParams, RayMarchParams, Scene, TechniqueParams};
 
 /// Names of all techniques, as in scene files and on the command line.
-pub const NAMES: &[&str] = &[ray_march::NAME];
+pub const NAMES: &[&str] = &[ray_march::NAME, path_trace::NAME];
 
 /// What a technique is going to do for a scene: pure data.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TechniquePlan {
     /// Emission-absorption and gradient shading.
     RayMarch(RayMarchPlan, RayMarchParams),
+    /// The unbiased reference.
+    PathTrace(PathTracePlan, PathTraceParams),
 }
 
 /// A technique on the device.
 pub enum Technique {
     /// Emission-absorption and gradient shading.
     RayMarch(RayMarch, RayMarchParams),
+    /// The unbiased reference.
+    PathTrace(PathTrace, PathTraceParams),
 }
 
 impl TechniquePlan {
@@ -34,6 +39,9 @@ impl TechniquePlan {
             TechniqueParams::RayMarch(params) => {
                 ray_march::plan(scene, params, limits).map(|plan| Self::RayMarch(plan, *params))
             }
+            TechniqueParams::PathTrace(params) => {
+                path_trace::plan(scene, params, limits).map(|plan| Self::PathTrace(plan, *params))
+            }
         }
     }
 
@@ -42,6 +50,7 @@ impl TechniquePlan {
     pub fn summary(&self, scene: &Scene) -> Plan {
         match self {
             Self::RayMarch(plan, _) => plan.summary(scene),
+            Self::PathTrace(plan, _) => plan.summary(scene),
         }
     }
 
@@ -50,6 +59,7 @@ impl TechniquePlan {
     pub const fn medium(&self) -> &MediumPlan {
         match self {
             Self::RayMarch(plan, _) => &plan.medium,
+            Self::PathTrace(plan, _) => &plan.medium,
         }
     }
 
@@ -58,6 +68,7 @@ impl TechniquePlan {
     pub fn image_stage(&self) -> &'static str {
         match self {
             Self::RayMarch(plan, _) => plan.march().shader.name,
+            Self::PathTrace(plan, _) => plan.trace().shader.name,
         }
     }
 
@@ -66,6 +77,7 @@ impl TechniquePlan {
     pub const fn read_back_stage(&self) -> &'static str {
         match self {
             Self::RayMarch(..) => ray_march::stage::READ_BACK,
+            Self::PathTrace(..) => path_trace::stage::READ_BACK,
         }
     }
 
@@ -82,9 +94,20 @@ impl TechniquePlan {
     ) -> Result<Technique, GpuError> {
         match self {
             Self::RayMarch(plan, params) => {
-                let old = old.map(|Technique::RayMarch(old, _)| old);
+                let old = match old {
+                    Some(Technique::RayMarch(old, _)) => Some(old),
+                    _ => None,
+                };
                 RayMarch::new(device, plan, medium, target, old)
                     .map(|technique| Technique::RayMarch(technique, *params))
+            }
+            Self::PathTrace(plan, params) => {
+                let old = match old {
+                    Some(Technique::PathTrace(old, _)) => Some(old),
+                    _ => None,
+                };
+                PathTrace::new(device, plan, medium, target, old)
+                    .map(|technique| Technique::PathTrace(technique, *params))
             }
         }
     }
@@ -95,6 +118,38 @@ impl Technique {
     pub fn write_uniforms(&self, scene: &Scene, medium: &Medium) {
         match self {
             Self::RayMarch(technique, params) => technique.write_uniforms(scene, params, medium),
+            Self::PathTrace(technique, _) => technique.write_uniforms(scene, medium),
+        }
+    }
+
+    /// Brings what the technique keeps on the device up to date; `changed` says what differs from the
+    /// last frame.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory for staging.
+    pub fn upload(
+        &mut self,
+        device: &Device,
+        scene: &Scene,
+        medium: &Medium,
+        changed: Inputs,
+    ) -> Result<Vec<StageTime>, GpuError> {
+        match self {
+            Self::RayMarch(..) => Ok(Vec::new()),
+            Self::PathTrace(technique, _) => technique.upload(device, scene, medium, changed),
+        }
+    }
+
+    /// Squared standard error of every pixel, RGB, where the technique estimates it.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory.
+    pub fn variance(&self, device: &Device) -> Result<Option<Vec<[f32; 3]>>, GpuError> {
+        match self {
+            Self::RayMarch(..) => Ok(None),
+            Self::PathTrace(technique, params) => {
+                technique.variance(device, params.samples).map(Some)
+            }
         }
     }
 
@@ -109,6 +164,9 @@ impl Technique {
     ) -> Result<Vec<StageTime>, GpuError> {
         match self {
             Self::RayMarch(technique, _) => ray_march::record_march(device, technique, progress),
+            Self::PathTrace(technique, params) => {
+                path_trace::record_trace(device, technique, params, progress)
+            }
         }
     }
 }

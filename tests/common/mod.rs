@@ -1,11 +1,18 @@
 //! What GPU tests share: a validated device and small scenes built in memory.
-#![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic
+)]
 
 use std::sync::Arc;
 
 use glam::{DVec3, UVec3, Vec3};
 use tyndall::gpu::{Device, Validation};
 use tyndall::output::Image;
+use tyndall::scene::transfer_function::Quantity;
 use tyndall::scene::{
     Camera, Clip, ControlPoint, ImageSettings, Light, Medium, Projection, RayMarchParams, Scene,
     TechniqueParams, TransferFunction,
@@ -88,6 +95,7 @@ pub fn points(list: &[(f64, Vec3, f64)]) -> TransferFunction {
     TransferFunction {
         name: "test".to_owned(),
         points: points.collect(),
+        quantity: Quantity::Opacity,
         opacity_unit_distance: 1.0,
     }
 }
@@ -111,6 +119,7 @@ pub fn scene(volume: Volume, transfer_function: TransferFunction) -> Scene {
             transfer_function,
             density_scale: 1.0,
             albedo: 1.0,
+            emission: 0.0,
             phase_g: 0.0,
         },
         lights: vec![Light::Directional {
@@ -140,14 +149,18 @@ pub fn params() -> RayMarchParams {
 
 /// Changes the parameters of `ray_march`.
 pub fn with(mut scene: Scene, edit: impl FnOnce(&mut RayMarchParams)) -> Scene {
-    let TechniqueParams::RayMarch(params) = &mut scene.technique;
+    let TechniqueParams::RayMarch(params) = &mut scene.technique else {
+        panic!("not ray_march");
+    };
     edit(params);
     scene
 }
 
 /// The parameters of `ray_march`.
 pub fn params_of(scene: &Scene) -> RayMarchParams {
-    let TechniqueParams::RayMarch(params) = scene.technique;
+    let TechniqueParams::RayMarch(params) = scene.technique else {
+        panic!("not ray_march");
+    };
     params
 }
 

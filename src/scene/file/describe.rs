@@ -3,6 +3,7 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
+use crate::scene::transfer_function::Quantity;
 use crate::scene::{Exposure, Light, Projection, Scene, TechniqueParams};
 
 /// Every setting of a resolved scene.
@@ -10,6 +11,10 @@ use crate::scene::{Exposure, Light, Projection, Scene, TechniqueParams};
 pub fn describe(scene: &Scene) -> Value {
     let (v, m, c, i) = (&scene.volume, &scene.medium, &scene.camera, &scene.image);
     let tf = &m.transfer_function;
+    let points = match tf.quantity {
+        Quantity::Opacity => "points",
+        Quantity::Extinction => "extinction",
+    };
     let projection = match c.projection {
         Projection::Perspective { vfov_deg } => json!({ "vfov_deg": vfov_deg }),
         Projection::Orthographic { height } => json!({ "orthographic_height": height }),
@@ -31,11 +36,11 @@ pub fn describe(scene: &Scene) -> Value {
             "name": tf.name,
             "color_space": "linear",
             "opacity_unit_distance": tf.opacity_unit_distance,
-            "points": tf.points.iter().map(|p| {
+            points: tf.points.iter().map(|p| {
                 json!([p.value, p.color.x, p.color.y, p.color.z, p.opacity])
             }).collect::<Vec<_>>(),
         },
-        "medium": { "density_scale": m.density_scale, "albedo": m.albedo, "phase": { "g": m.phase_g } },
+        "medium": { "density_scale": m.density_scale, "albedo": m.albedo, "emission": m.emission, "phase": { "g": m.phase_g } },
         "lights": scene.lights.iter().map(light).collect::<Vec<_>>(),
         "camera": {
             "eye": c.eye.to_array(),
@@ -102,6 +107,14 @@ fn technique(technique: &TechniqueParams) -> Value {
                 })),
                 "early_termination": p.early_termination,
                 "empty_space_skipping": p.empty_space_skipping,
+            }
+        }),
+        TechniqueParams::PathTrace(p) => json!({
+            "name": "path_trace",
+            "path_trace": {
+                "samples": p.samples,
+                "max_scatter": p.max_scatter,
+                "seed": p.seed,
             }
         }),
     }

@@ -5,13 +5,16 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::spec::{ColorSpace, Endian, ExposureSpec, LightSpec, ShadingSpec, VolumeSpec};
+use super::spec::{
+    ColorSpace, Endian, ExposureSpec, LightSpec, ShadingSpec, TechniqueName, VolumeSpec,
+};
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
-use crate::scene::transfer_function::{automatic, read_file};
+use crate::scene::transfer_function::{Quantity, automatic, read_file};
 use crate::scene::{
-    Camera, Clip, ControlPoint, Exposure, ImageSettings, Light, Medium, Plane, Projection,
-    RayMarchParams, Scene, Shading, TechniqueParams, TransferFunction, linear_from_srgb,
+    Camera, Clip, ControlPoint, Exposure, ImageSettings, Light, Medium, PathTraceParams, Plane,
+    Projection, RayMarchParams, Scene, Shading, TechniqueParams, TransferFunction,
+    linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
 use crate::volume::{self, RawLayout, ReadOptions, Statistics, Volume};
@@ -48,6 +51,7 @@ impl SceneFile {
             transfer_function,
             density_scale: m.density_scale.unwrap_or(1.0),
             albedo: m.albedo.unwrap_or(0.9),
+            emission: m.emission.unwrap_or(0.0),
             phase_g: m.phase.g.unwrap_or(0.0),
         };
         let image = self.image();
@@ -96,10 +100,15 @@ impl SceneFile {
             preset.transfer_function(&volume.grid, statistics)
         } else if let Some(file) = &t.file {
             read_file(&self.folder.join(Path::new(file)), &volume.grid, statistics)?
-        } else if let Some(points) = &t.points {
+        } else if let Some(points) = t.points.as_ref().or(t.extinction.as_ref()) {
             let srgb = t.color_space != Some(ColorSpace::Linear);
             TransferFunction {
                 name: "inline".to_owned(),
+                quantity: if t.points.is_some() {
+                    Quantity::Opacity
+                } else {
+                    Quantity::Extinction
+                },
                 points: points.iter().map(|row| control_point(row, srgb)).collect(),
                 opacity_unit_distance: 1.0,
             }
@@ -181,8 +190,24 @@ impl SceneFile {
     }
 
     fn technique(&self) -> TechniqueParams {
+        match self.spec.technique.name {
+            None | Some(TechniqueName::RayMarch) => TechniqueParams::RayMarch(self.ray_march()),
+            Some(TechniqueName::PathTrace) => TechniqueParams::PathTrace(self.path_trace()),
+        }
+    }
+
+    fn path_trace(&self) -> PathTraceParams {
+        let (p, d) = (&self.spec.technique.path_trace, PathTraceParams::default());
+        PathTraceParams {
+            samples: p.samples.unwrap_or(d.samples),
+            max_scatter: p.max_scatter,
+            seed: p.seed.unwrap_or(d.seed),
+        }
+    }
+
+    fn ray_march(&self) -> RayMarchParams {
         let (r, d) = (&self.spec.technique.ray_march, RayMarchParams::default());
-        TechniqueParams::RayMarch(RayMarchParams {
+        RayMarchParams {
             step: r.step.unwrap_or(d.step),
             shading: match r.shading {
                 None | Some(ShadingSpec::Switch(true)) => d.shading,
@@ -200,7 +225,7 @@ impl SceneFile {
             },
             early_termination: r.early_termination.unwrap_or(d.early_termination),
             empty_space_skipping: r.empty_space_skipping.unwrap_or(d.empty_space_skipping),
-        })
+        }
     }
 }
 

@@ -83,7 +83,7 @@ pub struct ProceduralSpec {
     pub resolution: Option<u32>,
 }
 
-/// Data value to colour and opacity: at most one of `preset`, `file` and `points`.
+/// Data value to colour and opacity: at most one of `preset`, `file`, `points` and `extinction`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TransferFunctionSpec {
@@ -93,7 +93,10 @@ pub struct TransferFunctionSpec {
     pub file: Option<String>,
     /// Rows of data value, r, g, b, opacity, ascending in value; opacity in [0, 1].
     pub points: Option<Vec<[f64; 5]>>,
-    /// What the colours of `points` are: `srgb` (default: as picked on a screen) or `linear`.
+    /// Rows of data value, r, g, b, extinction per world unit, ascending in value: instead of opacities.
+    pub extinction: Option<Vec<[f64; 5]>>,
+    /// What the colours of `points` or `extinction` are: `srgb` (default: as picked on a screen) or
+    /// `linear`.
     pub color_space: Option<ColorSpace>,
     /// World distance over which the opacity is reached. Default: 1 for `points`.
     pub opacity_unit_distance: Option<f64>,
@@ -118,6 +121,10 @@ pub struct MediumSpec {
     /// Factor on the colour that gives the scattering albedo, in [0, 1]. Default: 0.9.
     #[schemars(range(min = 0, max = 1))]
     pub albedo: Option<f64>,
+    /// Factor on the colour that gives the radiance the medium emits, >= 0; not used by `ray_march`, which
+    /// takes the whole colour for it. Default: 0.
+    #[schemars(range(min = 0))]
+    pub emission: Option<f64>,
     /// The phase function.
     pub phase: PhaseSpec,
 }
@@ -274,6 +281,8 @@ pub struct TechniqueSpec {
     pub name: Option<TechniqueName>,
     /// Parameters of `ray_march`.
     pub ray_march: RayMarchSpec,
+    /// Parameters of `path_trace`.
+    pub path_trace: PathTraceSpec,
 }
 
 /// The techniques.
@@ -282,6 +291,7 @@ pub struct TechniqueSpec {
 #[allow(missing_docs, reason = "the words say it")]
 pub enum TechniqueName {
     RayMarch,
+    PathTrace,
 }
 
 /// Emission-absorption and gradient shading.
@@ -297,6 +307,20 @@ pub struct RayMarchSpec {
     pub early_termination: Option<f64>,
     /// Skip cells that the transfer function makes empty. Default: true.
     pub empty_space_skipping: Option<bool>,
+}
+
+/// The unbiased reference: multiple scattering along random paths.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PathTraceSpec {
+    /// Samples a pixel, 1 to 1048576. Default: 64.
+    #[schemars(range(min = 1, max = 1_048_576))]
+    pub samples: Option<u32>,
+    /// Most scattering events a path may have, at least 1; 1 is single scattering. Default: no limit.
+    #[schemars(range(min = 1))]
+    pub max_scatter: Option<u32>,
+    /// Chooses the random numbers. Default: 0.
+    pub seed: Option<u32>,
 }
 
 /// A switch, or factors of Blinn-Phong shading.

@@ -11,6 +11,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     let m = &s.medium;
     at_least("medium.density_scale", m.density_scale, 0.0)?;
     within("medium.albedo", m.albedo, 0.0, 1.0)?;
+    at_least("medium.emission", m.emission, 0.0)?;
     within("medium.phase.g", m.phase.g, -0.99, 0.99)?;
     for (i, light) in s.lights.iter().flatten().enumerate() {
         check_light(i, light)?;
@@ -18,6 +19,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     camera(s)?;
     clip(s)?;
     image(s)?;
+    path_trace(s)?;
     ray_march(s)
 }
 
@@ -71,21 +73,35 @@ fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
         ("preset", t.preset.is_some()),
         ("file", t.file.is_some()),
         ("points", t.points.is_some()),
+        ("extinction", t.extinction.is_some()),
     ];
     exclusive("transfer_function", &given)?;
+    let per_distance = t.opacity_unit_distance.is_some();
+    let units = [
+        ("extinction", t.extinction.is_some()),
+        ("opacity_unit_distance", per_distance),
+    ];
+    exclusive("transfer_function", &units)?;
     positive(
         "transfer_function.opacity_unit_distance",
         t.opacity_unit_distance,
     )?;
-    if t.color_space.is_some() && t.points.is_none() {
+    if t.color_space.is_some() && t.points.is_none() && t.extinction.is_none() {
         return Err(Problem::new(
             "transfer_function.color_space",
-            "stands without `points`, whose colours it describes",
+            "stands without `points` or `extinction`, whose colours it describes",
         ));
     }
+    rows("points", t.points.as_deref().unwrap_or_default())?;
+    let extinction = t.extinction.as_deref().unwrap_or_default();
+    rows("extinction", extinction)
+}
+
+/// Rows of value, colour and opacity or extinction.
+fn rows(name: &str, rows: &[[f64; 5]]) -> Result<(), Problem> {
     let mut before = f64::NEG_INFINITY;
-    for (i, row) in t.points.iter().flatten().enumerate() {
-        let key = |column: usize| format!("transfer_function.points.{i}.{column}");
+    for (i, row) in rows.iter().enumerate() {
+        let key = |column: usize| format!("transfer_function.{name}.{i}.{column}");
         finite(&key(0), Some(row[0]))?;
         if row[0] < before {
             return Err(Problem::new(
@@ -98,7 +114,11 @@ fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
         }
         before = row[0];
         (1..4).try_for_each(|column| at_least(&key(column), Some(row[column]), 0.0))?;
-        within(&key(4), Some(row[4]), 0.0, 1.0)?;
+        if name == "points" {
+            within(&key(4), Some(row[4]), 0.0, 1.0)?;
+        } else {
+            at_least(&key(4), Some(row[4]), 0.0)?;
+        }
     }
     Ok(())
 }
@@ -217,6 +237,14 @@ fn image(s: &SceneSpec) -> Result<(), Problem> {
         }
         _ => Ok(()),
     }
+}
+
+fn path_trace(s: &SceneSpec) -> Result<(), Problem> {
+    let p = &s.technique.path_trace;
+    let samples = p.samples.map(f64::from);
+    within("technique.path_trace.samples", samples, 1.0, 1_048_576.0)?;
+    let max_scatter = p.max_scatter.map(f64::from);
+    at_least("technique.path_trace.max_scatter", max_scatter, 1.0)
 }
 
 fn ray_march(s: &SceneSpec) -> Result<(), Problem> {

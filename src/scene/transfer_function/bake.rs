@@ -13,7 +13,8 @@ impl TransferFunction {
     /// Table of `(r, g, b, sigma_t)` over `[min, max]`: linear colour and extinction per world unit,
     /// entry `i` at the value `min + (max - min) * i / (entries - 1)`.
     ///
-    /// `sigma_t = -ln(1 - min(opacity, OPACITY_MAX)) / opacity_unit_distance * density_scale`.
+    /// `sigma_t = -ln(1 - min(opacity, OPACITY_MAX)) / opacity_unit_distance * density_scale`, or the
+    /// extinction given times `density_scale`.
     /// Where `min == max`, or `entries` is 1, every entry is the value at `min`. An empty function
     /// bakes to zeros.
     ///
@@ -41,7 +42,7 @@ impl TransferFunction {
         samples
             .into_iter()
             .map(|(color, opacity)| {
-                let sigma_t = self.sigma_t_of_opacity(opacity) * density_scale;
+                let sigma_t = self.sigma_t_of(opacity) * density_scale;
                 [color.x, color.y, color.z, sigma_t as f32]
             })
             .collect()
@@ -90,7 +91,7 @@ impl TransferFunction {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ControlPoint;
+    use super::super::{ControlPoint, Quantity};
     use super::*;
     use glam::Vec3;
 
@@ -105,6 +106,7 @@ mod tests {
                     opacity,
                 })
                 .collect(),
+            quantity: Quantity::Opacity,
             opacity_unit_distance: 1.0,
         }
     }

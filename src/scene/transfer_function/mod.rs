@@ -29,6 +29,16 @@ use glam::Vec3;
 /// at most `-ln(1e-6) = 13.8` optical depths an `opacity_unit_distance`.
 pub const OPACITY_MAX: f64 = 1.0 - 1e-6;
 
+/// What the fourth number of a control point, `opacity`, stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quantity {
+    /// Opacity over one `opacity_unit_distance`, in [0, 1].
+    #[default]
+    Opacity,
+    /// Extinction per world unit, >= 0; `opacity_unit_distance` plays no part.
+    Extinction,
+}
+
 /// One node of the piecewise-linear function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlPoint {
@@ -36,7 +46,7 @@ pub struct ControlPoint {
     pub value: f64,
     /// Linear RGB, >= 0.
     pub color: Vec3,
-    /// Opacity over one `opacity_unit_distance`, in [0, 1].
+    /// Opacity over one `opacity_unit_distance`, in [0, 1], or what else [`Quantity`] says.
     pub opacity: f64,
 }
 
@@ -45,6 +55,8 @@ pub struct ControlPoint {
 pub struct TransferFunction {
     /// Where it came from: a preset's name, a file, `automatic: ...`, `inline`.
     pub name: String,
+    /// What the points' `opacity` stands for.
+    pub quantity: Quantity,
     /// Ascending in `value`; two points may share a value (a jump). Empty: fully transparent.
     pub points: Vec<ControlPoint>,
     /// World distance over which `opacity` is reached, > 0 (VTK's scalar opacity unit distance).
@@ -72,6 +84,7 @@ impl TransferFunction {
         match check_points(&points) {
             Ok(()) => Ok(Self {
                 name,
+                quantity: Quantity::Opacity,
                 points,
                 opacity_unit_distance,
             }),
@@ -104,12 +117,12 @@ impl TransferFunction {
         )
     }
 
-    /// Extinction per world unit at a data value, before `density_scale`:
+    /// Extinction per world unit at a data value, before `density_scale`: of opacities
     /// `-ln(1 - opacity) / opacity_unit_distance`.
     #[must_use]
     pub fn sigma_t(&self, value: f64) -> f64 {
         let (_, opacity) = self.evaluate(value);
-        self.sigma_t_of_opacity(opacity)
+        self.sigma_t_of(opacity)
     }
 
     /// Smallest and largest value of a control point; `None` for an empty function.
@@ -118,7 +131,10 @@ impl TransferFunction {
         Some((self.points.first()?.value, self.points.last()?.value))
     }
 
-    fn sigma_t_of_opacity(&self, opacity: f64) -> f64 {
+    fn sigma_t_of(&self, opacity: f64) -> f64 {
+        if self.quantity == Quantity::Extinction {
+            return opacity;
+        }
         // The sum with 0 turns the -0 of opacity 0 into 0.
         0.0 - (-opacity.clamp(0.0, OPACITY_MAX)).ln_1p() / self.opacity_unit_distance
     }

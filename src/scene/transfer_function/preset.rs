@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::definition::Definition;
-use super::{TransferFunction, TransferFunctionError};
+use super::{Quantity, TransferFunction, TransferFunctionError};
 use crate::volume::{Grid, Statistics};
 
 /// The built-in transfer functions, one file each in `assets/transfer_functions/`.
@@ -71,6 +71,7 @@ impl Preset {
             .unwrap_or_else(|_| TransferFunction {
                 name: self.name().to_owned(),
                 points: Vec::new(),
+                quantity: Quantity::Opacity,
                 opacity_unit_distance: 1.0,
             })
     }

@@ -60,11 +60,16 @@ pub struct CellsPlan {
 }
 
 impl MediumPlan {
-    /// Decides formats and sizes; `skip_empty` says whether the technique would skip empty space.
+    /// Decides formats and sizes; `no_skipping` says why the technique does not skip empty space, if
+    /// it does not.
     ///
     /// # Errors
     /// The volume exceeds a limit of the device.
-    pub fn new(scene: &Scene, skip_empty: bool, limits: &Limits) -> Result<Self, PlanError> {
+    pub fn new(
+        scene: &Scene,
+        no_skipping: Option<&'static str>,
+        limits: &Limits,
+    ) -> Result<Self, PlanError> {
         let dims = scene.volume.grid.dims;
         if dims.max_element() > limits.max_image_3d {
             return Err(PlanError::Limit {
@@ -86,8 +91,8 @@ impl MediumPlan {
             });
         }
         let table = Table::choose(scene, limits.max_image_1d.min(16384) - 1);
-        let (cells, why_no_cells) = if !skip_empty {
-            (None, "empty_space_skipping is off")
+        let (cells, why_no_cells) = if let Some(why) = no_skipping {
+            (None, why)
         } else if !Table::has_empty_range(&table.bake(scene)) {
             (None, "the transfer function leaves no data value empty")
         } else {

@@ -1,15 +1,12 @@
 //! What `ray_march.march` reads: uniform block and push constants.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec3};
 
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
-use crate::scene::{Falloff, Light, RayMarchParams, Scene};
+use crate::scene::{RayMarchParams, Scene};
+use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{Medium, MediumPlan};
 use crate::technique::view::vec4;
-
-/// Most lights the shader takes.
-pub const MAX_LIGHTS: usize = 32;
 
 /// The march by the device's filter, and by loads of 8-bit, 16-bit and float texels. They differ in
 /// how bindings 2 to 4, the medium, are read.
@@ -65,15 +62,6 @@ pub struct MarchPush {
     pub sub_sample: u32,
 }
 
-/// One light in [`MarchUniform`].
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[allow(missing_docs, reason = "documented in glsl/ray_march/march.comp")]
-pub struct MarchLight {
-    pub place: [f32; 4],
-    pub irradiance: [f32; 4],
-}
-
 /// The `March` block, std140.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -85,7 +73,7 @@ pub struct MarchUniform {
     pub ambient: [f32; 4],
     pub specular: [f32; 4],
     pub gradient: [[f32; 4]; 3],
-    pub lights: [MarchLight; MAX_LIGHTS],
+    pub lights: [LightUniform; MAX_LIGHTS],
 }
 
 impl MarchUniform {
@@ -97,14 +85,7 @@ impl MarchUniform {
         let cell_size = medium.plan.cells.map_or(1, |c| c.size);
         let cells_per_texture = grid.dims.as_dvec3() / f64::from(cell_size);
         let shading = params.shading.unwrap_or_default();
-        let ambient = environment(&scene.lights) * shading.ambient;
-        let mut lights = [MarchLight::default(); MAX_LIGHTS];
-        for (to, light) in lights
-            .iter_mut()
-            .zip(local_lights(&scene.lights, grid.centre()))
-        {
-            *to = light;
-        }
+        let ambient = lights::environment(&scene.lights) * shading.ambient;
         Self {
             table: [
                 table_min,
@@ -122,7 +103,7 @@ impl MarchUniform {
                 0.0,
             ],
             gradient: gradient_rows(scene, medium),
-            lights,
+            lights: lights::uniforms(&scene.lights, grid.centre()),
         }
     }
 }
@@ -147,47 +128,4 @@ fn gradient_rows(scene: &Scene, medium: &Medium) -> [[f32; 4]; 3] {
 /// Largest distance between samples, world units.
 pub(super) fn step_length(scene: &Scene, params: &RayMarchParams) -> f64 {
     params.step * scene.volume.grid.spacing().min_element()
-}
-
-/// Sum of the constant environments' radiance.
-pub(super) fn environment(lights: &[Light]) -> Vec3 {
-    lights
-        .iter()
-        .map(|l| {
-            if let Light::Environment { radiance } = l {
-                *radiance
-            } else {
-                Vec3::ZERO
-            }
-        })
-        .sum()
-}
-
-/// Directional and point lights, relative to the volume's centre.
-pub(super) fn local_lights(lights: &[Light], centre: DVec3) -> Vec<MarchLight> {
-    let local = |light: &Light| match *light {
-        Light::Directional {
-            direction,
-            irradiance,
-        } => Some(MarchLight {
-            place: vec4(-direction.normalize_or(-DVec3::Z), 0.0),
-            irradiance: irradiance.extend(0.0).to_array(),
-        }),
-        Light::Point {
-            position,
-            intensity,
-            falloff,
-        } => Some(MarchLight {
-            place: vec4(position - centre, 1.0),
-            irradiance: intensity
-                .extend(if falloff == Falloff::InverseSquare {
-                    1.0
-                } else {
-                    0.0
-                })
-                .to_array(),
-        }),
-        Light::Environment { .. } => None,
-    };
-    lights.iter().filter_map(local).collect()
 }

@@ -8,7 +8,7 @@ mod record;
 pub mod reference;
 mod resources;
 
-pub use layout::{LAYOUTS, MAX_LIGHTS, MarchLight, MarchPush, MarchUniform};
+pub use layout::{LAYOUTS, MarchPush, MarchUniform};
 pub use plan::{CONSTANTS, RayMarchPlan, plan, stage};
 pub use record::record_march;
 pub use resources::RayMarch;

@@ -2,11 +2,11 @@
 
 use glam::UVec3;
 
-use super::{MAX_LIGHTS, NAME, layout};
+use super::{NAME, layout};
 use crate::gpu::{Limits, Specialization, StageLayout};
-use crate::scene::{Light, RayMarchParams, Scene};
+use crate::scene::{RayMarchParams, Scene};
 use crate::technique::medium::MediumPlan;
-use crate::technique::{Input, Inputs, Omission, Plan, PlanError, StagePlan, target};
+use crate::technique::{Input, Inputs, Omission, Plan, PlanError, StagePlan, lights, target};
 
 /// Stage names of the technique.
 pub mod stage {
@@ -82,37 +82,15 @@ pub fn plan(
     limits: &Limits,
 ) -> Result<RayMarchPlan, PlanError> {
     let image = &scene.image;
-    if image.width.max(image.height) > limits.max_image_2d {
-        return Err(PlanError::Limit {
-            what: "image".to_owned(),
-            found: format!("{} x {}", image.width, image.height),
-            limit: format!(
-                "the device's images reach {} along an axis",
-                limits.max_image_2d
-            ),
-            fix: "lower image.width and image.height".to_owned(),
-        });
-    }
-    let lights = scene
-        .lights
-        .iter()
-        .filter(|l| !matches!(l, Light::Environment { .. }))
-        .count();
-    if lights > MAX_LIGHTS {
-        return Err(PlanError::Limit {
-            what: "lights".to_owned(),
-            found: format!("{lights} directional and point lights"),
-            limit: format!("ray_march takes {MAX_LIGHTS}"),
-            fix: "remove some".to_owned(),
-        });
-    }
+    target::check(image, limits)?;
+    let (lights, points) = lights::count(scene, NAME)?;
     let samples_per_ray = longest_ray(scene, params)?;
     let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
     let per_tile = samples_per_ray * u64::from(TILE * TILE);
     let tiles_per_submission =
         (MAX_SAMPLES / per_tile.max(1)).clamp(1, MAX_TILES.min(u64::from(tiles)));
     Ok(RayMarchPlan {
-        medium: MediumPlan::new(scene, params.empty_space_skipping, limits)?,
+        medium: MediumPlan::new(scene, no_skipping(params), limits)?,
         specialization: Vec::new(),
         image: [image.width, image.height],
         sub_samples: image.samples_per_axis * image.samples_per_axis,
@@ -120,7 +98,12 @@ pub fn plan(
         tiles_per_submission: u32::try_from(tiles_per_submission).unwrap_or(1),
         omitted: Vec::new(),
     }
-    .specialise(scene, params, lights, limits))
+    .specialise(scene, params, (lights, points), limits))
+}
+
+/// Why no cells are wanted, if they are not.
+fn no_skipping(params: &RayMarchParams) -> Option<&'static str> {
+    (!params.empty_space_skipping).then_some("empty_space_skipping is off")
 }
 
 /// Samples in a row between two looks at the cells: lit, longer, because they share gradients.
@@ -154,20 +137,12 @@ impl RayMarchPlan {
         mut self,
         scene: &Scene,
         params: &RayMarchParams,
-        lights: usize,
+        (lights, points): (u32, bool),
         limits: &Limits,
     ) -> Self {
         let shade = params.shading.is_some();
-        let lit = if shade {
-            u32::try_from(lights).unwrap_or(0)
-        } else {
-            0
-        };
-        let points = lit > 0
-            && scene
-                .lights
-                .iter()
-                .any(|l| matches!(l, Light::Point { .. }));
+        let lit = if shade { lights } else { 0 };
+        let points = lit > 0 && points;
         let specular = lit > 0 && params.shading.is_some_and(|s| s.specular > 0.0);
         let values = [
             u32::from(self.medium.cells.is_some()),

@@ -1,0 +1,245 @@
+//! What `path_trace` does for a scene.
+
+use glam::UVec3;
+
+use super::{NAME, layout, leaves};
+use crate::gpu::{Format, Limits, Specialization, StageLayout};
+use crate::scene::{PathTraceParams, Scene};
+use crate::technique::medium::{MediumPlan, Table};
+use crate::technique::{
+    Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, lights, target,
+};
+
+/// Stage names of the technique.
+pub mod stage {
+    /// Paths of light, some collisions further, the volume read through the device's filter.
+    pub const TRACE: &str = "path_trace.trace";
+    /// The same by loads of 8-bit texels.
+    pub const TRACE_R8: &str = "path_trace.trace_r8";
+    /// The same by loads of 16-bit texels.
+    pub const TRACE_R16: &str = "path_trace.trace_r16";
+    /// The same by loads of float texels.
+    pub const TRACE_R32F: &str = "path_trace.trace_r32f";
+    /// Transfer of the leaves' bounds to the device.
+    pub const UPLOAD_LEAVES: &str = "path_trace.upload_leaves";
+    /// Copy of the image to the host.
+    pub const READ_BACK: &str = "path_trace.read_back";
+}
+
+/// Constants of `path_trace.trace`, in the order of their ids.
+pub const CONSTANTS: [Specialization; 9] = {
+    const fn constant(id: u32, name: &'static str) -> Specialization {
+        Specialization { id, name, value: 0 }
+    }
+    [
+        constant(0, "MASKED"),
+        constant(1, "CLIP_BOX"),
+        constant(2, "CLIP_PLANE"),
+        constant(3, "LIGHT_COUNT"),
+        constant(4, "POINT_LIGHTS"),
+        constant(5, "MAX_SCATTER"),
+        constant(6, "SPREAD"),
+        constant(7, "CELL"),
+        constant(8, "STRAIGHT"),
+    ]
+};
+
+/// Pixels along the edge of a tile; 64 invocations walk for one.
+const TILE: u32 = 8;
+
+/// Scattering events a submission: some tenths of a second on a software driver, milliseconds on a GPU.
+const MAX_EVENTS: u64 = 1 << 21;
+
+/// Vectors of four words that a walker takes.
+pub(super) const WALKER_LAYERS: u32 = 7;
+
+/// Pure data: everything decided for one scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathTracePlan {
+    /// The medium's part.
+    pub medium: MediumPlan,
+    /// Constants of `path_trace.trace`.
+    pub specialization: Vec<Specialization>,
+    /// Image width and height.
+    pub image: [u32; 2],
+    /// Workgroups of a dispatch: tiles of 8 x 8 pixels, in whole streams.
+    pub groups: u32,
+    /// Scattering events of a pixel in one dispatch, at most.
+    pub rounds: u32,
+    /// Cells along each axis that carry bounds of the extinction; none: the volume is one leaf.
+    pub leaves: Option<UVec3>,
+    omitted: Vec<Omission>,
+}
+
+/// Plans the technique for a scene.
+///
+/// # Errors
+/// The scene exceeds a limit of the device or the shader.
+pub fn plan(
+    scene: &Scene,
+    params: &PathTraceParams,
+    limits: &Limits,
+) -> Result<PathTracePlan, PlanError> {
+    let image = &scene.image;
+    target::check(image, limits)?;
+    let (lights, points) = lights::count(scene, NAME)?;
+    let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
+    let spread = limits.worker_threads;
+    let pixels = u64::from(image.width) * u64::from(image.height);
+    let medium = MediumPlan::new(
+        scene,
+        Some("its leaves bound the extinction instead"),
+        limits,
+    )?;
+    let one_leaf = is_one_leaf(scene, &medium.table);
+    let straight = is_straight(&medium.table.bake(scene));
+    let dims = scene.volume.grid.dims;
+    let values = [
+        u32::from(medium.masked),
+        u32::from(scene.clip.bounds.is_some()),
+        u32::from(scene.clip.plane.is_some()),
+        lights,
+        u32::from(points),
+        params.max_scatter.unwrap_or(0),
+        spread,
+        if one_leaf { 0 } else { leaves::cell_edge(dims) },
+        u32::from(straight),
+    ];
+    let mut omitted = Vec::new();
+    let mut omit = |what, left_out: bool, why: &str| {
+        if left_out {
+            let why = why.to_owned();
+            omitted.push(Omission { what, why });
+        }
+    };
+    let none = "the scene has none";
+    omit("clip box", scene.clip.bounds.is_none(), none);
+    omit("clip plane", scene.clip.plane.is_none(), none);
+    omit(
+        "leaves",
+        one_leaf,
+        "the medium is even or thin, its bounds hold everywhere",
+    );
+    omit(
+        "transfer function's table",
+        straight,
+        "it is a straight line of one colour over the data's range",
+    );
+    omit(
+        "shadow rays",
+        lights == 0,
+        "the scene has no directional or point light",
+    );
+    Ok(PathTracePlan {
+        medium,
+        specialization: CONSTANTS
+            .into_iter()
+            .zip(values)
+            .map(|(constant, value)| Specialization { value, ..constant })
+            .collect(),
+        image: [image.width, image.height],
+        groups: tiles.div_ceil(spread) * spread,
+        rounds: u32::try_from((MAX_EVENTS / pixels).clamp(16, 4096)).unwrap_or(16),
+        leaves: (!one_leaf).then(|| leaves::cells_along(dims)),
+        omitted,
+    })
+}
+
+/// Whether bounds for parts of the volume could not make flights longer: it is even, or thin.
+fn is_one_leaf(scene: &Scene, table: &Table) -> bool {
+    let bounds = leaves::bounds(scene, table);
+    let even = bounds.max - bounds.min <= 1e-3 * bounds.max;
+    even || f64::from(bounds.max) * scene.volume.grid.diagonal() <= 1.0
+}
+
+/// Whether the table holds one colour and extinctions on a straight line, to rounding.
+fn is_straight(baked: &[[f32; 4]]) -> bool {
+    let (first, last) = (baked[0], baked[baked.len() - 1]);
+    let slope = (last[3] - first[3]) / (baked.len() - 1) as f32;
+    let room = 1e-5 * first[3].max(last[3]);
+    baked.iter().enumerate().all(|(i, e)| {
+        let line = slope.mul_add(i as f32, first[3]);
+        e[..3] == first[..3] && (e[3] - line).abs() <= room
+    })
+}
+
+impl PathTracePlan {
+    /// The stage that walks: the one that reads the volume as the medium holds it.
+    #[must_use]
+    pub fn trace(&self) -> StageLayout {
+        layout::trace_for(&self.medium)
+    }
+
+    /// The plan as shown to the user.
+    #[must_use]
+    pub fn summary(&self, _scene: &Scene) -> Plan {
+        let pixels = UVec3::new(self.image[0], self.image[1], 1);
+        let mut stages = self.medium.stages();
+        if let Some(cells) = self.leaves {
+            stages.push(StagePlan {
+                name: stage::UPLOAD_LEAVES,
+                depends_on: Inputs::of(&[Input::Volume, Input::TransferFunction]),
+                domain: cells,
+                dispatches: 1,
+                specialization: Vec::new(),
+            });
+        }
+        stages.push(StagePlan {
+            name: self.trace().shader.name,
+            depends_on: Inputs::of(&Input::ALL),
+            domain: pixels,
+            // At least: as many follow as the longest paths need.
+            dispatches: 1,
+            specialization: self.specialization.clone(),
+        });
+        stages.push(StagePlan {
+            name: stage::READ_BACK,
+            depends_on: Inputs::of(&Input::ALL),
+            domain: pixels,
+            dispatches: 1,
+            specialization: Vec::new(),
+        });
+        let mut resources = self.medium.resources();
+        resources.extend(target::resources(self.image));
+        let texels = u64::from(self.image[0]) * u64::from(self.image[1]);
+        let image = |name, extent: UVec3, format, bytes| ResourcePlan {
+            name,
+            kind: ResourceKind::Image,
+            extent,
+            format,
+            bytes,
+            shrink: "lower image.width and image.height",
+        };
+        let walkers = UVec3::new(self.image[0], self.image[1], WALKER_LAYERS);
+        let (float, word) = (Format::R32G32B32A32_SFLOAT, Format::R32G32B32A32_UINT);
+        let layers = u64::from(WALKER_LAYERS);
+        let cells = self.leaves.unwrap_or(UVec3::ONE);
+        resources.push(ResourcePlan {
+            name: "leaves",
+            kind: ResourceKind::Auxiliary,
+            extent: cells,
+            format: Format::R32G32_UINT,
+            bytes: 8 * cells.as_u64vec3().element_product(),
+            shrink: "use a smaller volume",
+        });
+        resources.extend([
+            image("moments", pixels, float, 16 * texels),
+            image("walkers", walkers, word, 16 * layers * texels),
+            image("counters", UVec3::new(2, 1, 1), Format::R32_UINT, 8),
+            image(
+                "counters_read_back",
+                UVec3::new(8, 1, 1),
+                Format::UNDEFINED,
+                8,
+            ),
+        ]);
+        let mut omitted = self.medium.omitted();
+        omitted.extend(self.omitted.iter().cloned());
+        Plan {
+            technique: NAME,
+            stages,
+            resources,
+            omitted,
+        }
+    }
+}
