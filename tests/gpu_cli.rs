@@ -158,6 +158,50 @@ fn options_reach_the_image() {
 }
 
 #[test]
+fn path_trace_ends_at_its_goal() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |goal: &[&str]| {
+        let args = [
+            &[
+                "render",
+                "cloud",
+                "--technique",
+                "path_trace",
+                "--size",
+                "24x24",
+                "-o",
+                "a.json",
+            ],
+            &["--set", "volume.procedural.resolution=24"][..],
+            goal,
+        ]
+        .concat();
+        done(folder.path(), &args);
+        let text = fs::read_to_string(folder.path().join("a.json")).unwrap();
+        serde_json::from_str::<Value>(&text).unwrap()["frame"]["samples"]
+            .as_u64()
+            .unwrap()
+    };
+    assert_eq!(render(&["--spp", "5"]), 5);
+    let (rough, fine) = (
+        render(&["--target-error", "0.05"]),
+        render(&["--target-error", "0.0125"]),
+    );
+    // A quarter of the error takes sixteen times the samples.
+    assert!(fine > 6 * rough && fine < 40 * rough, "{rough} {fine}");
+    assert!(render(&["--time", "300ms", "--spp", "100000"]) < 100_000);
+    let scene = ["render", "cloud", "--spp", "4"];
+    fails(
+        folder.path(),
+        &scene,
+        2,
+        &["--spp", "--technique path_trace"],
+    );
+    let time = ["render", "cloud", "--time", "soon"];
+    fails(folder.path(), &time, 2, &["time step", "30s"]);
+}
+
+#[test]
 fn volume_files_render_without_a_scene() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("scan.nii"), nifti()).unwrap();

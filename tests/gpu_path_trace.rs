@@ -23,6 +23,7 @@ fn traced(mut scene: Scene, samples: u32, max_scatter: Option<u32>) -> Scene {
         samples,
         max_scatter,
         seed: 7,
+        ..PathTraceParams::default()
     });
     scene
 }
@@ -316,8 +317,8 @@ fn the_same_seed_gives_the_same_bits_and_another_does_not() {
     let mut other = first.clone();
     other.technique = TechniqueParams::PathTrace(PathTraceParams {
         samples: 16,
-        max_scatter: None,
         seed: 8,
+        ..PathTraceParams::default()
     });
     let bits = |s: &Scene| {
         let pixels = render(&device, s).pixels;
@@ -339,8 +340,8 @@ fn the_stated_variance_is_that_of_repeated_renders() {
         let mut s = blob();
         s.technique = TechniqueParams::PathTrace(PathTraceParams {
             samples: 32,
-            max_scatter: None,
             seed,
+            ..PathTraceParams::default()
         });
         let (image, variance) = estimate(&device, &s);
         let (m, error) = mean(&image, &variance, 0);

@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::progress::Progress;
 use super::{CliError, Global};
-use crate::scene::Scene;
 use crate::scene::file::{Override, SceneFile};
+use crate::scene::{Scene, TechniqueParams};
 use crate::volume::procedural::Procedural;
 use crate::volume::{RawLayout, ReadOptions, ScalarType};
 
@@ -26,9 +26,46 @@ pub(super) struct SceneArgs {
     tf: Option<String>,
     #[command(flatten)]
     raw: RawArgs,
-    /// Time step of a 4D file, from 0.
+    /// Technique: ray_march or path_trace. Default: the scene's.
+    #[arg(long, value_name = "NAME")]
+    technique: Option<String>,
+    #[command(flatten)]
+    goals: GoalArgs,
+}
+
+/// When `path_trace` ends, and what the time step is, which shares an option with it.
+#[derive(Args)]
+struct GoalArgs {
+    /// Time step of a 4D file, from 0; or, with a unit, how long `path_trace` renders: 500ms, 30s, 5m.
+    #[arg(long, value_name = "STEP|DURATION", value_parser = time)]
+    time: Option<Time>,
+    /// Samples a pixel of `path_trace`, at most.
     #[arg(long, value_name = "N")]
-    time: Option<u32>,
+    spp: Option<u32>,
+    /// `path_trace` ends when the pixels' standard errors are this share of the mean radiance, as 0.01.
+    #[arg(long, value_name = "SHARE")]
+    target_error: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Time {
+    Step(u32),
+    Seconds(f64),
+}
+
+fn time(text: &str) -> Result<Time, String> {
+    if let Ok(step) = text.parse() {
+        return Ok(Time::Step(step));
+    }
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
+    let in_unit = |(unit, seconds): (&str, f64)| {
+        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
+        (number > 0.0 && number.is_finite()).then_some(Time::Seconds(number * seconds))
+    };
+    let found = units.into_iter().find_map(in_unit);
+    found.ok_or_else(|| {
+        "expected a time step (a whole number) or a duration as 500ms, 30s, 5m, 1h".to_owned()
+    })
 }
 
 /// The layout of a headerless volume.
@@ -91,7 +128,10 @@ impl SceneArgs {
     pub(super) fn read_options(&self) -> ReadOptions {
         ReadOptions {
             raw: self.raw.layout(),
-            time: self.time.unwrap_or(0),
+            time: match self.goals.time {
+                Some(Time::Step(step)) => step,
+                _ => 0,
+            },
         }
     }
 
@@ -136,6 +176,10 @@ impl SceneArgs {
             };
             overrides.push(format!("transfer_function.{key}={tf:?}"));
         }
+        if let Some(technique) = &self.technique {
+            overrides.push(format!("technique.name={technique}"));
+        }
+        overrides.extend(self.goals.overrides());
         overrides.extend(more.iter().cloned());
         overrides.extend(self.overrides.iter().cloned());
         let overrides = overrides
@@ -154,6 +198,7 @@ impl SceneArgs {
         let scene = file.resolve(&mut |phase, done, total| progress.update(phase, done, total));
         progress.finish();
         let scene = scene?;
+        self.goals.check(&scene.technique)?;
         remark(global, &scene);
         Ok(scene)
     }
@@ -161,6 +206,44 @@ impl SceneArgs {
     /// Reads and resolves the scene.
     pub(super) fn load(&self, global: &Global) -> Result<Scene, CliError> {
         self.load_with(global, &[])
+    }
+}
+
+impl GoalArgs {
+    /// Keys of the scene that the options stand for.
+    fn overrides(&self) -> Vec<String> {
+        let seconds = match self.time {
+            Some(Time::Seconds(seconds)) => Some(format!("seconds={seconds:?}")),
+            _ => None,
+        };
+        let others = [
+            seconds,
+            self.spp.map(|n| format!("samples={n}")),
+            self.target_error.map(|e| format!("target_error={e:?}")),
+        ];
+        let keys = others.into_iter().flatten();
+        keys.map(|key| format!("technique.path_trace.{key}"))
+            .collect()
+    }
+
+    /// Refuses options that the technique would not heed.
+    fn check(&self, technique: &TechniqueParams) -> Result<(), CliError> {
+        let options = [
+            ("--spp", self.spp.is_some()),
+            ("--target-error", self.target_error.is_some()),
+            (
+                "--time DURATION",
+                matches!(self.time, Some(Time::Seconds(_))),
+            ),
+        ];
+        let given = options.into_iter().find(|(_, given)| *given);
+        match (given, technique) {
+            (None, _) | (_, TechniqueParams::PathTrace(_)) => Ok(()),
+            (Some((option, _)), other) => Err(CliError::Usage(format!(
+                "{option} is for path_trace, and the scene's technique is {}; add --technique path_trace",
+                other.name()
+            ))),
+        }
     }
 }
 

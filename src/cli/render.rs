@@ -67,8 +67,11 @@ pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
     if !global.quiet {
         let device_seconds: f64 = frame.stages.iter().map(|s| s.seconds).sum();
         let names: Vec<_> = outputs.iter().map(|p| p.display().to_string()).collect();
+        let samples = frame
+            .samples
+            .map_or(String::new(), |n| format!(", {n} samples a pixel"));
         print(&format!(
-            "{} in {:.2} s (device {:.3} s) on {}",
+            "{} in {:.2} s (device {:.3} s{samples}) on {}",
             names.join(", "),
             start.elapsed().as_secs_f64(),
             device_seconds,

@@ -133,11 +133,16 @@ impl Default for RayMarchParams {
     }
 }
 
-/// Parameters of `path_trace`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Parameters of `path_trace`. It ends at the first of the goals that it reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathTraceParams {
-    /// Samples a pixel, in [1, 1048576].
+    /// Samples a pixel, at most; in [1, 1048576].
     pub samples: u32,
+    /// Seconds after which it ends, > 0.
+    pub seconds: Option<f64>,
+    /// Root mean square of the pixels' standard errors, relative to the image's mean radiance, at
+    /// which it ends, > 0.
+    pub target_error: Option<f64>,
     /// Most scattering events a path may have; `None`: no limit.
     pub max_scatter: Option<u32>,
     /// Chooses the random numbers.
@@ -148,6 +153,8 @@ impl Default for PathTraceParams {
     fn default() -> Self {
         Self {
             samples: 64,
+            seconds: None,
+            target_error: None,
             max_scatter: None,
             seed: 0,
         }

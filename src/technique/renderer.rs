@@ -29,6 +29,9 @@ pub struct FrameReport {
     pub stages: Vec<StageTime>,
     /// Host seconds from the call to the finished image.
     pub wall_seconds: f64,
+    /// Samples a pixel, where the technique draws any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
 }
 
 /// A scene on a device.
@@ -104,7 +107,7 @@ impl Renderer {
     /// The driver's refusal, no memory, or a validation message.
     pub fn render(&mut self, progress: Progress<'_>) -> Result<(Image, FrameReport), RenderError> {
         let start = Instant::now();
-        let (mut stages, state) = self.prepare(progress)?;
+        let (mut stages, mut state) = self.prepare(progress)?;
         let image_stage = self.technique_plan.image_stage();
         if self.dirty.intersects(self.depends_on(image_stage)) {
             let mut progress = |done, total| progress("rendering", done, total);
@@ -115,11 +118,13 @@ impl Renderer {
         self.device.check_validation()?;
         self.dirty = Inputs::NONE;
         let image = state.target.image();
+        let samples = state.technique.samples();
         self.state = Some(state);
         let wall_seconds = start.elapsed().as_secs_f64();
         let report = FrameReport {
             stages,
             wall_seconds,
+            samples,
         };
         Ok((image, report))
     }

@@ -147,9 +147,16 @@ impl Technique {
     pub fn variance(&self, device: &Device) -> Result<Option<Vec<[f32; 3]>>, GpuError> {
         match self {
             Self::RayMarch(..) => Ok(None),
-            Self::PathTrace(technique, params) => {
-                technique.variance(device, params.samples).map(Some)
-            }
+            Self::PathTrace(technique, _) => technique.variance(device).map(Some),
+        }
+    }
+
+    /// Samples a pixel that the last image has, where there is chance in it.
+    #[must_use]
+    pub const fn samples(&self) -> Option<u32> {
+        match self {
+            Self::RayMarch(..) => None,
+            Self::PathTrace(technique, _) => Some(technique.samples),
         }
     }
 
@@ -158,7 +165,7 @@ impl Technique {
     /// # Errors
     /// The driver's refusal, a lost device, or a validation message.
     pub fn record(
-        &self,
+        &mut self,
         device: &Device,
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<Vec<StageTime>, GpuError> {

@@ -113,6 +113,8 @@ fn technique(technique: &TechniqueParams) -> Value {
             "name": "path_trace",
             "path_trace": {
                 "samples": p.samples,
+                "seconds": p.seconds,
+                "target_error": p.target_error,
                 "max_scatter": p.max_scatter,
                 "seed": p.seed,
             }

@@ -25,6 +25,9 @@ pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64);
 /// Default resolution of procedural volumes.
 const RESOLUTION: u32 = 128;
 
+/// Samples a pixel where another goal ends the work.
+const MAX_SAMPLES: u32 = 1 << 20;
+
 impl SceneFile {
     /// Reads or evaluates the volume and chooses whatever the file leaves open.
     ///
@@ -199,7 +202,13 @@ impl SceneFile {
     fn path_trace(&self) -> PathTraceParams {
         let (p, d) = (&self.spec.technique.path_trace, PathTraceParams::default());
         PathTraceParams {
-            samples: p.samples.unwrap_or(d.samples),
+            samples: match (p.samples, p.seconds, p.target_error) {
+                (Some(samples), ..) => samples,
+                (None, None, None) => d.samples,
+                _ => MAX_SAMPLES,
+            },
+            seconds: p.seconds,
+            target_error: p.target_error,
             max_scatter: p.max_scatter,
             seed: p.seed.unwrap_or(d.seed),
         }

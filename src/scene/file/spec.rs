@@ -313,9 +313,14 @@ pub struct RayMarchSpec {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathTraceSpec {
-    /// Samples a pixel, 1 to 1048576. Default: 64.
+    /// Samples a pixel, at most, 1 to 1048576. Default: 64, or no other limit than the ones below.
     #[schemars(range(min = 1, max = 1_048_576))]
     pub samples: Option<u32>,
+    /// Seconds after which it ends.
+    pub seconds: Option<f64>,
+    /// It ends when the pixels' standard errors (root mean square) are this share of the image's mean
+    /// radiance.
+    pub target_error: Option<f64>,
     /// Most scattering events a path may have, at least 1; 1 is single scattering. Default: no limit.
     #[schemars(range(min = 1))]
     pub max_scatter: Option<u32>,

@@ -243,6 +243,8 @@ fn path_trace(s: &SceneSpec) -> Result<(), Problem> {
     let p = &s.technique.path_trace;
     let samples = p.samples.map(f64::from);
     within("technique.path_trace.samples", samples, 1.0, 1_048_576.0)?;
+    positive("technique.path_trace.seconds", p.seconds)?;
+    positive("technique.path_trace.target_error", p.target_error)?;
     let max_scatter = p.max_scatter.map(f64::from);
     at_least("technique.path_trace.max_scatter", max_scatter, 1.0)
 }

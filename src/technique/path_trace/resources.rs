@@ -26,6 +26,8 @@ pub struct PathTrace {
     leaves: Arc<Image>,
     // Whether `leaves` holds anything yet.
     filled: bool,
+    /// Samples that every pixel has.
+    pub samples: u32,
 }
 
 /// What a walk keeps between dispatches.
@@ -51,12 +53,13 @@ impl PathTrace {
         old: Option<Self>,
     ) -> Result<Self, GpuError> {
         let (mut pipeline, mut buffers, mut leaves) = (None, None, None);
-        let mut filled = false;
+        let (mut filled, mut samples) = (false, 0);
         if let Some(old) = old {
             pipeline = (old.plan.specialization == plan.specialization
                 && old.plan.trace().shader.name == plan.trace().shader.name)
                 .then_some(old.pipeline);
             buffers = (old.plan.image == plan.image).then_some(old.buffers);
+            samples = old.samples;
             filled = old.filled && old.plan.leaves == plan.leaves;
             leaves = (old.plan.leaves == plan.leaves).then_some(old.leaves);
         }
@@ -86,25 +89,38 @@ impl PathTrace {
             buffers,
             leaves,
             filled,
+            samples,
         })
     }
 
-    /// Squared standard error of every pixel after `samples` samples; infinite after one.
+    /// Squared standard error of every pixel of the last image; infinite after one sample.
     ///
     /// # Errors
     /// The driver's refusal or no memory.
-    pub fn variance(&self, device: &Device, samples: u32) -> Result<Vec<[f32; 3]>, GpuError> {
-        let moments = &self.buffers.moments;
-        let bytes = 16 * moments.desc().extent.as_u64vec3().element_product();
-        let read_back = Buffer::new(device, "moments_read_back", bytes, BufferUse::Readback)?;
-        download_image(device, moments, &read_back, stage::READ_BACK)?;
-        let n = f64::from(samples);
+    pub fn variance(&self, device: &Device) -> Result<Vec<[f32; 3]>, GpuError> {
+        let n = f64::from(self.samples);
         let scale = 1.0 / (n * (n - 1.0));
-        let texel = |bytes: &[u8]| {
-            let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(bytes);
-            [r, g, b].map(|squares| (f64::from(squares) * scale) as f32)
-        };
-        Ok(read_back.with_bytes(|bytes| bytes.chunks_exact(16).map(texel).collect()))
+        let squares = download(device, &self.buffers.moments)?;
+        let variance = |[r, g, b, _]: &[f32; 4]| [r, g, b].map(|s| (f64::from(*s) * scale) as f32);
+        Ok(squares.iter().map(variance).collect())
+    }
+
+    /// Root mean square of the pixels' standard errors, relative to the image's mean radiance.
+    ///
+    /// # Errors
+    /// The driver's refusal or no memory.
+    pub(super) fn relative_error(&self, device: &Device) -> Result<f64, GpuError> {
+        let rgb = |[r, g, b]: [f32; 3]| f64::from(r) + f64::from(g) + f64::from(b);
+        let variance: f64 = self.variance(device)?.into_iter().map(rgb).sum();
+        let radiance = download(device, &self.radiance)?;
+        let mean: f64 = radiance.iter().map(|p| rgb([p[0], p[1], p[2]])).sum();
+        let n = 3.0 * radiance.len() as f64;
+        // A black image is exact.
+        Ok(if variance > 0.0 {
+            (variance / n).sqrt() / (mean / n)
+        } else {
+            0.0
+        })
     }
 
     /// Brings the leaves up to date; `changed` says what differs from the last frame.
@@ -204,4 +220,18 @@ fn leaves_image(device: &Device, plan: &PathTracePlan) -> Result<Arc<Image>, Gpu
         usage: ImageUsageFlags::STORAGE | ImageUsageFlags::TRANSFER_DST,
     };
     Image::new(device, "leaves", desc).map(Arc::new)
+}
+
+/// The texels of an RGBA float image that the walk has written.
+fn download(device: &Device, image: &Image) -> Result<Vec<[f32; 4]>, GpuError> {
+    let bytes = 16 * image.desc().extent.as_u64vec3().element_product();
+    let read_back = Buffer::new(device, "statistics_read_back", bytes, BufferUse::Readback)?;
+    download_image(device, image, &read_back, stage::READ_BACK)?;
+    let texels = |bytes: &[u8]| {
+        bytes
+            .chunks_exact(16)
+            .map(bytemuck::pod_read_unaligned)
+            .collect()
+    };
+    Ok(read_back.with_bytes(|bytes| texels(bytes)))
 }
