@@ -497,7 +497,7 @@ fn a_step_too_small_or_too_many_lights_are_refused_with_the_fix() {
         "{message}"
     );
     let mut s = blob_scene(8);
-    s.lights = vec![s.lights[0]; 40];
+    s.lights = vec![s.lights[0].clone(); 40];
     let message = tyndall::technique::plan(&s, &device.info().limits)
         .unwrap_err()
         .to_string();

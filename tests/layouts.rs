@@ -115,6 +115,8 @@ fn trace_blocks(trace: &Shader) {
         offset_of!(TraceUniform, line),
         offset_of!(TraceUniform, environment),
         offset_of!(TraceUniform, grid_from_world),
+        offset_of!(TraceUniform, map_from_world),
+        offset_of!(TraceUniform, map_scale),
         offset_of!(TraceUniform, lights),
     ];
     assert_eq!(block(trace, Some(1)), (uniform, size_of::<TraceUniform>()));

@@ -21,6 +21,11 @@ vec3 background;
 vec4 grid_x;
 vec4 grid_y;
 vec4 grid_z;
+vec3 map_x;
+vec3 map_y;
+vec3 map_z;
+ivec2 map_size;
+vec3 map_scale;
 Light lights[LIGHT_COUNT + 1];
 
 void load_block() {
@@ -36,6 +41,11 @@ void load_block() {
     grid_x = trace.grid_from_world[0];
     grid_y = trace.grid_from_world[1];
     grid_z = trace.grid_from_world[2];
+    map_x = trace.map_from_world[0].xyz;
+    map_y = trace.map_from_world[1].xyz;
+    map_z = trace.map_from_world[2].xyz;
+    map_size = ivec2(trace.map_from_world[0].w, trace.map_from_world[1].w);
+    map_scale = trace.map_scale.rgb;
     for (uint i = 0; i < LIGHT_COUNT; ++i) lights[i] = trace.lights[i];
 }
 

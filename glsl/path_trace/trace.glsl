@@ -11,6 +11,9 @@ layout(constant_id = 5) const uint MAX_SCATTER = 0; // 0: no limit
 layout(constant_id = 6) const uint SPREAD = 1;
 layout(constant_id = 7) const uint CELL = 0; // voxels along a cell's edge; 0: the volume is one leaf
 layout(constant_id = 8) const bool STRAIGHT = false; // extinction is linear in the value, one colour
+layout(constant_id = 9) const uint SOURCES = 0; // lights that are looked for: LIGHT_COUNT and the map
+layout(constant_id = 10) const bool ENVIRONMENT_MAP = false;
+layout(constant_id = 11) const bool ALBEDO_VOLUME = false;
 
 #include "shared/view.glsl"
 #include "shared/intersect.glsl"
@@ -27,6 +30,8 @@ layout(std140, set = 0, binding = 1) uniform Trace {
     vec4 line;        // extinction of the first entry, its change a unit of texture value
     vec4 environment; // rgb: radiance from every direction
     vec4 grid_from_world[3];
+    vec4 map_from_world[3]; // w of the first two: width and height of the environment map
+    vec4 map_scale;         // rgb: factor on its radiance
     Light lights[MAX_LIGHTS];
 } trace;
 
@@ -38,6 +43,8 @@ layout(set = 0, binding = 9, r32ui) uniform uimage2D counters;   // unfinished p
 // Largest extinction, its four last bits replaced by the leaf's size as a power of two; smallest.
 layout(set = 0, binding = 4, rg32ui) readonly uniform uimage3D leaves;
 
+layout(set = 0, binding = 10) uniform sampler3D albedo_volume;
+
 layout(push_constant) uniform Push {
     uint rounds;  // an invocation's scattering events, at most
     uint samples; // to reach
@@ -47,31 +54,16 @@ layout(push_constant) uniform Push {
 
 #include "path_trace/walker.glsl"
 #include "path_trace/flight.glsl"
-
-// Sends a shadow ray to one of the lights, all being equally likely.
-void look_at_light(inout Walker p, float u) {
-    Light light = lights[min(uint(u * float(LIGHT_COUNT)), LIGHT_COUNT - 1)];
-    vec3 w_i = light.place.xyz;
-    vec3 irradiance = light.irradiance.rgb;
-    p.t_end = FAR;
-    if (POINT_LIGHTS && light.place.w > 0.0) {
-        w_i -= p.x;
-        float far = max(length(w_i), 1e-30);
-        w_i /= far;
-        p.t_end = far;
-        if (light.irradiance.w > 0.0) irradiance = irradiance / far / far;
-    }
-    p.light = float(LIGHT_COUNT) * p.throughput * irradiance * phase_hg(dot(p.d, w_i), bounds.z);
-    p.d = w_i;
-    p.state = (p.state & ~3u) | SHADOW;
-}
+#include "path_trace/light.glsl"
 
 // A collision with the medium. Returns whether the path goes on, in a new direction.
-bool scatter(inout Walker p, vec3 color) {
+bool scatter(inout Walker p, Flight flight) {
     vec4 u = uniforms(p);
     if (p.met == 0.0) p.met = p.throughput.x;
+    vec3 color = color_at(flight.value);
     p.gathered += p.throughput * emission * color;
-    p.throughput *= albedo * color;
+    vec3 place = (flight.q + p.t * flight.dq + 0.5) / dims;
+    p.throughput *= albedo * (ALBEDO_VOLUME ? textureLod(albedo_volume, place, 0.0).rgb : color);
     float brightest = max(p.throughput.r, max(p.throughput.g, p.throughput.b));
     // Below a quarter of their first weight paths end by chance, the others carry on for them.
     float survival = min(4.0 * brightest / p.met, 1.0);
@@ -81,7 +73,8 @@ bool scatter(inout Walker p, vec3 color) {
     p.state = (events + 1) << 2 | WALK;
     p.x += p.t * p.d;
     p.next = turn(p.d, sample_hg(u.y, bounds.z), u.z);
-    if (LIGHT_COUNT != 0) look_at_light(p, u.w);
+    p.density = phase_hg(dot(p.d, p.next), bounds.z);
+    if (SOURCES != 0) look_at_light(p, u.w);
     else p.d = p.next;
     set_out(p);
     return true;
@@ -141,10 +134,10 @@ void advance(inout Walker p, CameraRays rays, uvec2 pixel) {
     uint outcome = (p.state & 3u) == WALK ? ON_THE_WAY : ARRIVED;
     for (uint i = 0; i < STRETCHES && outcome == ON_THE_WAY; ++i) outcome = stretch(p, flight, false);
     if ((p.state & 3u) == WALK && outcome != ON_THE_WAY) {
-        if (outcome == ARRIVED) finish(p, p.met > 0.0 ? environment : background);
-        else if (!scatter(p, color_at(flight.value))) finish(p, vec3(0.0));
+        if (outcome == ARRIVED) finish(p, p.met > 0.0 ? met_environment(p) : background);
+        else if (!scatter(p, flight)) finish(p, vec3(0.0));
     }
-    if (LIGHT_COUNT != 0) {
+    if (SOURCES != 0) {
         flight = flight_of(p);
         outcome = (p.state & 3u) == SHADOW ? ON_THE_WAY : COLLIDED;
         for (uint i = 0; i < STRETCHES && outcome == ON_THE_WAY; ++i) outcome = stretch(p, flight, true);

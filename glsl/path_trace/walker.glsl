@@ -19,6 +19,7 @@ struct Walker {
     float tau_left;  // optical depth to the next tentative collision
     float tau;       // optical depth of the shadow ray's certain part
     float transmittance; // estimate of the rest
+    float density;   // per steradian, with which d was drawn at the last event
     uint index;      // the pixel's
 };
 
@@ -33,7 +34,7 @@ void store(ivec2 pixel, Walker p) {
     imageStore(walkers, ivec3(pixel, 3), packed(p.throughput, p.step));
     imageStore(walkers, ivec3(pixel, 4), packed(p.light, p.count));
     imageStore(walkers, ivec3(pixel, 5), packed(p.gathered, floatBitsToUint(p.met)));
-    imageStore(walkers, ivec3(pixel, 6), packed(vec3(p.tau_left, p.tau, p.transmittance), p.index));
+    imageStore(walkers, ivec3(pixel, 6), packed(vec3(p.tau_left, p.tau, p.transmittance), floatBitsToUint(p.density)));
 }
 
 Walker restore(ivec2 pixel) {
@@ -43,7 +44,7 @@ Walker restore(ivec2 pixel) {
     return Walker(uintBitsToFloat(v[0].xyz), uintBitsToFloat(v[0].w), uintBitsToFloat(v[1].xyz),
                   uintBitsToFloat(v[1].w), uintBitsToFloat(v[2].xyz), v[2].w, uintBitsToFloat(v[3].xyz),
                   v[3].w, uintBitsToFloat(v[4].xyz), v[4].w, uintBitsToFloat(v[5].xyz),
-                  uintBitsToFloat(v[5].w), optical.x, optical.y, optical.z, v[6].w);
+                  uintBitsToFloat(v[5].w), optical.x, optical.y, optical.z, uintBitsToFloat(v[6].w), 0);
 }
 
 // Four uniform numbers in [0, 1).

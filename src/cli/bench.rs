@@ -205,7 +205,8 @@ fn change_light(scene: &mut Scene, i: u32) {
         match light {
             Light::Directional { irradiance: c, .. }
             | Light::Point { intensity: c, .. }
-            | Light::Environment { radiance: c } => *c *= factor,
+            | Light::Environment { radiance: c }
+            | Light::EnvironmentMap { scale: c, .. } => *c *= factor,
         }
     }
 }

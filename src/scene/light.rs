@@ -1,7 +1,11 @@
 //! Light sources.
 
-use glam::{DVec3, Vec3};
+use std::sync::Arc;
+
+use glam::{DMat3, DQuat, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
+
+use super::LatLongMap;
 
 /// How a point light weakens with distance.
 #[derive(
@@ -17,7 +21,7 @@ pub enum Falloff {
 }
 
 /// A light source, linear RGB.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// Parallel light.
     Directional {
@@ -40,4 +44,23 @@ pub enum Light {
         /// Radiance.
         radiance: Vec3,
     },
+    /// Radiance from a picture of the whole sphere.
+    EnvironmentMap {
+        /// The picture.
+        map: Arc<LatLongMap>,
+        /// Factor on its radiance.
+        scale: Vec3,
+        /// World direction of the picture's top; unit length.
+        up: DVec3,
+        /// Degrees by which it is turned about `up`, counterclockwise from above.
+        rotation_deg: f64,
+    },
+}
+
+/// Turns the map space of a [`LatLongMap`], where +y is up, into the world: the shortest way to `up`,
+/// after a turn about +y.
+#[must_use]
+pub fn world_from_map(up: DVec3, rotation_deg: f64) -> DMat3 {
+    let turn = DQuat::from_rotation_y(rotation_deg.to_radians());
+    DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, up) * turn)
 }

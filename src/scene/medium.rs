@@ -1,6 +1,9 @@
 //! The participating medium.
 
+use std::sync::Arc;
+
 use super::TransferFunction;
+use crate::volume::ColorVolume;
 
 /// How data values become extinction, albedo and phase.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +14,8 @@ pub struct Medium {
     pub density_scale: f64,
     /// Factor on the colour that gives `albedo_rgb`, in [0, 1]. Not used by emission-absorption.
     pub albedo: f64,
+    /// Colours that take the place of the transfer function's in `albedo_rgb`, over the same box.
+    pub albedo_volume: Option<Arc<ColorVolume>>,
     /// Factor on the colour that gives the radiance that the medium emits where it is opaque, >= 0:
     /// its source term is `sigma_t * emission * colour`. Emission-absorption has this term with
     /// factor 1 instead.

@@ -5,6 +5,7 @@ mod clip;
 mod color;
 pub mod file;
 pub mod framing;
+mod lat_long_map;
 mod light;
 mod medium;
 mod settings;
@@ -13,7 +14,8 @@ pub mod transfer_function;
 pub use camera::{Camera, Projection};
 pub use clip::{Clip, Plane};
 pub use color::{linear_from_srgb, srgb_from_linear};
-pub use light::{Falloff, Light};
+pub use lat_long_map::{LatLongMap, LatLongMapError};
+pub use light::{Falloff, Light, world_from_map};
 pub use medium::Medium;
 pub use settings::{
     Exposure, ImageSettings, PathTraceParams, RayMarchParams, Shading, TechniqueParams, ToneMap,

@@ -99,8 +99,12 @@ impl Inputs {
                 s.image.background,
             )
         };
+        let colors = |s: &Scene| s.medium.albedo_volume.as_ref().map(Arc::as_ptr);
         let differs = [
-            (Input::Volume, !Arc::ptr_eq(&old.volume, &new.volume)),
+            (
+                Input::Volume,
+                !Arc::ptr_eq(&old.volume, &new.volume) || colors(old) != colors(new),
+            ),
             (
                 Input::TransferFunction,
                 a.transfer_function.points != b.transfer_function.points

@@ -24,8 +24,8 @@ pub struct LightUniform {
 /// # Errors
 /// There are more than `technique` takes.
 pub(super) fn count(scene: &Scene, technique: &str) -> Result<(u32, bool), PlanError> {
-    let is_environment = |l: &&Light| matches!(l, Light::Environment { .. });
-    let count = scene.lights.iter().filter(|l| !is_environment(l)).count();
+    let is_lamp = |l: &&Light| matches!(l, Light::Directional { .. } | Light::Point { .. });
+    let count = scene.lights.iter().filter(is_lamp).count();
     if count > MAX_LIGHTS {
         return Err(PlanError::Limit {
             what: "lights".to_owned(),
@@ -41,16 +41,20 @@ pub(super) fn count(scene: &Scene, technique: &str) -> Result<(u32, bool), PlanE
 
 /// Sum of the constant environments' radiance.
 pub(super) fn environment(lights: &[Light]) -> Vec3 {
-    lights
-        .iter()
-        .map(|l| {
-            if let Light::Environment { radiance } = l {
-                *radiance
-            } else {
-                Vec3::ZERO
-            }
-        })
-        .sum()
+    let radiance = |l: &Light| match l {
+        Light::Environment { radiance } => *radiance,
+        _ => Vec3::ZERO,
+    };
+    lights.iter().map(radiance).sum()
+}
+
+/// Radiance of all environments, mean over all directions.
+pub(super) fn mean_environment(lights: &[Light]) -> Vec3 {
+    let mean = |l: &Light| match l {
+        Light::EnvironmentMap { map, scale, .. } => *scale * map.mean().as_vec3(),
+        _ => Vec3::ZERO,
+    };
+    environment(lights) + lights.iter().map(mean).sum::<Vec3>()
 }
 
 /// Directional and point lights, relative to the volume's centre; unused places are zero.
@@ -77,7 +81,7 @@ pub(super) fn uniforms(lights: &[Light], centre: DVec3) -> [LightUniform; MAX_LI
                 })
                 .to_array(),
         }),
-        Light::Environment { .. } => None,
+        Light::Environment { .. } | Light::EnvironmentMap { .. } => None,
     };
     let mut uniforms = [LightUniform::default(); MAX_LIGHTS];
     for (to, light) in uniforms.iter_mut().zip(lights.iter().filter_map(local)) {

@@ -24,9 +24,9 @@ pub enum TechniquePlan {
 /// A technique on the device.
 pub enum Technique {
     /// Emission-absorption and gradient shading.
-    RayMarch(RayMarch, RayMarchParams),
+    RayMarch(Box<RayMarch>, RayMarchParams),
     /// The unbiased reference.
-    PathTrace(PathTrace, PathTraceParams),
+    PathTrace(Box<PathTrace>, PathTraceParams),
 }
 
 impl TechniquePlan {
@@ -95,19 +95,19 @@ impl TechniquePlan {
         match self {
             Self::RayMarch(plan, params) => {
                 let old = match old {
-                    Some(Technique::RayMarch(old, _)) => Some(old),
+                    Some(Technique::RayMarch(old, _)) => Some(*old),
                     _ => None,
                 };
                 RayMarch::new(device, plan, medium, target, old)
-                    .map(|technique| Technique::RayMarch(technique, *params))
+                    .map(|technique| Technique::RayMarch(Box::new(technique), *params))
             }
             Self::PathTrace(plan, params) => {
                 let old = match old {
-                    Some(Technique::PathTrace(old, _)) => Some(old),
+                    Some(Technique::PathTrace(old, _)) => Some(*old),
                     _ => None,
                 };
                 PathTrace::new(device, plan, medium, target, old)
-                    .map(|technique| Technique::PathTrace(technique, *params))
+                    .map(|technique| Technique::PathTrace(Box::new(technique), *params))
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Volumes: typed voxels on an affine grid, read from files or evaluated from formulas.
 
+mod color;
 mod error;
 mod grid;
 mod header_text;
@@ -14,6 +15,7 @@ mod source;
 mod statistics;
 mod voxels;
 
+pub use color::{ColorVolume, read_color};
 pub use error::VolumeError;
 pub use grid::{Grid, Space};
 pub use raw::RawLayout;

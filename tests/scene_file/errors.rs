@@ -104,7 +104,7 @@ fn wrong_types_name_what_was_found_and_expected() {
         ),
         (
             "[[lights]]\nenvironment = {}",
-            "2:1: lights.0.environment: missing key `radiance`",
+            "2:1: lights.0.environment: found neither, expected one of radiance, file",
         ),
     ]);
     assert!(
@@ -138,6 +138,22 @@ fn values_out_of_range_name_what_was_found_and_expected() {
         (
             "camera.eye = [0, -inf, 1]",
             "1:8: camera.eye: found -inf, expected a finite number",
+        ),
+        (
+            "[[lights]]\nenvironment = { radiance = 1, up = [0, 1, 0] }",
+            "2:31: lights.0.environment.up: stands without `file`",
+        ),
+        (
+            "[[lights]]\nenvironment = { radiance = 1, file = 'a.exr' }",
+            "2:31: lights.0.environment.file: found beside `radiance`, expected only one of",
+        ),
+        (
+            "[[lights]]\nenvironment = { file = 'a.exr', scale = -1 }",
+            "2:33: lights.0.environment.scale: found -1",
+        ),
+        (
+            "[medium.albedo_volume]\nfile = 'a'\nraw = { dims = [0, 1, 1], type = 'u8' }",
+            "3:17: medium.albedo_volume.raw.dims.0: found 0",
         ),
         (
             "camera.zoom = 0",

@@ -40,7 +40,13 @@ pub fn describe(scene: &Scene) -> Value {
                 json!([p.value, p.color.x, p.color.y, p.color.z, p.opacity])
             }).collect::<Vec<_>>(),
         },
-        "medium": { "density_scale": m.density_scale, "albedo": m.albedo, "emission": m.emission, "phase": { "g": m.phase_g } },
+        "medium": {
+            "density_scale": m.density_scale,
+            "albedo": m.albedo,
+            "albedo_volume": m.albedo_volume.as_ref().map(|c| &c.name),
+            "emission": m.emission,
+            "phase": { "g": m.phase_g },
+        },
         "lights": scene.lights.iter().map(light).collect::<Vec<_>>(),
         "camera": {
             "eye": c.eye.to_array(),
@@ -89,6 +95,19 @@ fn light(light: &Light) -> Value {
             "point": { "position": position.to_array(), "intensity": rgb(*intensity), "falloff": falloff }
         }),
         Light::Environment { radiance } => json!({ "environment": { "radiance": rgb(*radiance) } }),
+        Light::EnvironmentMap {
+            map,
+            scale,
+            up,
+            rotation_deg,
+        } => json!({
+            "environment": {
+                "file": map.name,
+                "scale": rgb(*scale),
+                "up": up.to_array(),
+                "rotation_deg": rotation_deg,
+            }
+        }),
     }
 }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 
+use crate::scene::LatLongMapError;
 use crate::scene::transfer_function::TransferFunctionError;
 use crate::volume::VolumeError;
 
@@ -107,6 +108,12 @@ impl Diagnostic for SceneError {
 
 impl From<VolumeError> for SceneError {
     fn from(error: VolumeError) -> Self {
+        Self::plain(error.to_string())
+    }
+}
+
+impl From<LatLongMapError> for SceneError {
+    fn from(error: LatLongMapError) -> Self {
         Self::plain(error.to_string())
     }
 }

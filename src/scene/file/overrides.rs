@@ -18,11 +18,20 @@ pub struct Override {
 }
 
 /// Keys of which a table holds one group: setting a key of one removes the others.
-const ALTERNATIVES: [(&str, &[&[&str]]); 5] = [
+const ALTERNATIVES: [(&str, &[&[&str]]); 6] = [
     ("volume", &[&["file", "raw", "time"], &["procedural"]]),
     (
         "transfer_function",
-        &[&["preset"], &["file"], &["points", "color_space"]],
+        &[
+            &["preset"],
+            &["file"],
+            &["points", "color_space"],
+            &["extinction", "color_space"],
+        ],
+    ),
+    (
+        "lights.environment",
+        &[&["radiance"], &["file", "scale", "rotation_deg", "up"]],
     ),
     ("lights", &[&["directional"], &["point"], &["environment"]]),
     (
@@ -123,19 +132,14 @@ impl Override {
 
 /// Removes what cannot stand beside `key` in the table reached by `walked`.
 fn drop_alternatives(table: &mut Table, walked: &[String], key: &str) {
-    let Some((parent, indices)) = walked.split_first() else {
-        return;
-    };
-    for (name, groups) in ALTERNATIVES {
-        if parent != name || indices.iter().any(|i| i.parse::<usize>().is_err()) {
-            continue;
-        }
-        if groups.iter().any(|g| g.contains(&key)) {
-            for other in groups
-                .iter()
-                .filter(|g| !g.contains(&key))
-                .flat_map(|g| g.iter())
-            {
+    let is_index = |k: &&String| k.parse::<usize>().is_ok();
+    let tables: Vec<_> = walked.iter().filter(|k| !is_index(k)).cloned().collect();
+    let path = tables.join(".");
+    for (_, groups) in ALTERNATIVES.iter().filter(|(name, _)| *name == path) {
+        let with: Vec<_> = groups.iter().filter(|g| g.contains(&key)).collect();
+        let beside = |other: &str| with.iter().any(|g| g.contains(&other));
+        for other in groups.iter().flat_map(|g| g.iter()) {
+            if !with.is_empty() && !beside(other) {
                 table.remove(*other);
             }
         }

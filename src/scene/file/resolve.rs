@@ -1,23 +1,25 @@
 //! From a checked specification to a scene with nothing left open.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
-    ColorSpace, Endian, ExposureSpec, LightSpec, ShadingSpec, TechniqueName, VolumeSpec,
+    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RawSpec,
+    ShadingSpec, TechniqueName, VolumeSpec,
 };
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Quantity, automatic, read_file};
 use crate::scene::{
-    Camera, Clip, ControlPoint, Exposure, ImageSettings, Light, Medium, PathTraceParams, Plane,
-    Projection, RayMarchParams, Scene, Shading, TechniqueParams, TransferFunction,
-    linear_from_srgb,
+    Camera, Clip, ControlPoint, Exposure, ImageSettings, LatLongMap, Light, Medium,
+    PathTraceParams, Plane, Projection, RayMarchParams, Scene, Shading, TechniqueParams,
+    TransferFunction, linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
-use crate::volume::{self, RawLayout, ReadOptions, Statistics, Volume};
+use crate::volume::{self, ColorVolume, RawLayout, ReadOptions, Statistics, Volume};
 
 /// Called with phase, amount done and amount in all.
 pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64);
@@ -48,20 +50,12 @@ impl SceneFile {
         volume: Arc<Volume>,
         statistics: Arc<Statistics>,
     ) -> Result<Scene, SceneError> {
-        let transfer_function = self.transfer_function(&volume, &statistics)?;
-        let m = &self.spec.medium;
-        let medium = Medium {
-            transfer_function,
-            density_scale: m.density_scale.unwrap_or(1.0),
-            albedo: m.albedo.unwrap_or(0.9),
-            emission: m.emission.unwrap_or(0.0),
-            phase_g: m.phase.g.unwrap_or(0.0),
-        };
+        let medium = self.medium(&volume, &statistics)?;
         let image = self.image();
         let clip = self.clip();
         let camera = self.camera(&volume, &medium.transfer_function, &clip, &image);
         let lights = match &self.spec.lights {
-            Some(list) => list.iter().filter_map(light).collect(),
+            Some(list) => self.lights(list)?,
             None => framing::lights(&camera),
         };
         Ok(Scene {
@@ -91,6 +85,62 @@ impl SceneFile {
         Ok(volume::read(&path, &options, &mut |done, total| {
             progress("reading", done, total)
         })?)
+    }
+
+    fn medium(&self, volume: &Volume, statistics: &Statistics) -> Result<Medium, SceneError> {
+        let m = &self.spec.medium;
+        let albedo_volume = m
+            .albedo_volume
+            .as_ref()
+            .map(|spec| self.colors(spec, volume));
+        let default_albedo = if albedo_volume.is_some() { 1.0 } else { 0.9 };
+        Ok(Medium {
+            transfer_function: self.transfer_function(volume, statistics)?,
+            density_scale: m.density_scale.unwrap_or(1.0),
+            albedo: m.albedo.unwrap_or(default_albedo),
+            albedo_volume: albedo_volume.transpose()?,
+            emission: m.emission.unwrap_or(0.0),
+            phase_g: m.phase.g.unwrap_or(0.0),
+        })
+    }
+
+    fn colors(
+        &self,
+        spec: &AlbedoVolumeSpec,
+        volume: &Volume,
+    ) -> Result<Arc<ColorVolume>, SceneError> {
+        let path = self.folder.join(&spec.file);
+        let colors = volume::read_color(&path, spec.raw.as_ref().map(raw_layout))?;
+        if colors.dims == volume.grid.dims {
+            return Ok(Arc::new(colors));
+        }
+        let shown = |d: UVec3| format!("{} x {} x {} voxels", d.x, d.y, d.z);
+        Err(SceneError::plain(format!(
+            "{}: found {}, expected the {} of the volume `{}` that it colours",
+            path.display(),
+            shown(colors.dims),
+            shown(volume.grid.dims),
+            volume.name
+        )))
+    }
+
+    fn lights(&self, list: &[LightSpec]) -> Result<Vec<Light>, SceneError> {
+        let mut maps: HashMap<&str, Arc<LatLongMap>> = HashMap::new();
+        let mut lights = Vec::new();
+        for spec in list {
+            let file = spec.environment.as_ref().and_then(|e| e.file.as_deref());
+            if let (Some(e), Some(file)) = (&spec.environment, file) {
+                let map = match maps.get(file) {
+                    Some(map) => map.clone(),
+                    None => Arc::new(LatLongMap::read(&self.folder.join(file))?),
+                };
+                maps.insert(file, map.clone());
+                lights.push(environment_map(e, map));
+            } else {
+                lights.extend(light(spec));
+            }
+        }
+        Ok(lights)
     }
 
     fn transfer_function(
@@ -240,14 +290,18 @@ impl SceneFile {
 
 fn read_options(v: &VolumeSpec) -> ReadOptions {
     ReadOptions {
-        raw: v.raw.as_ref().map(|r| RawLayout {
-            dims: r.dims,
-            scalar_type: r.scalar_type,
-            spacing: r.spacing.unwrap_or([1.0; 3]),
-            big_endian: r.endian == Some(Endian::Big),
-            skip_bytes: r.skip_bytes.unwrap_or(0),
-        }),
+        raw: v.raw.as_ref().map(raw_layout),
         time: v.time.unwrap_or(0),
+    }
+}
+
+fn raw_layout(r: &RawSpec) -> RawLayout {
+    RawLayout {
+        dims: r.dims,
+        scalar_type: r.scalar_type,
+        spacing: r.spacing.unwrap_or([1.0; 3]),
+        big_endian: r.endian == Some(Endian::Big),
+        skip_bytes: r.skip_bytes.unwrap_or(0),
     }
 }
 
@@ -278,8 +332,18 @@ fn light(spec: &LightSpec) -> Option<Light> {
             falloff: p.falloff,
         })
     } else {
-        spec.environment.as_ref().map(|e| Light::Environment {
-            radiance: e.radiance.0,
+        let radiance = spec.environment.as_ref().and_then(|e| e.radiance);
+        radiance.map(|radiance| Light::Environment {
+            radiance: radiance.0,
         })
+    }
+}
+
+fn environment_map(spec: &EnvironmentSpec, map: Arc<LatLongMap>) -> Light {
+    Light::EnvironmentMap {
+        map,
+        scale: spec.scale.map_or(Vec3::ONE, |s| s.0),
+        up: spec.up.map_or(DVec3::Z, DVec3::from).normalize(),
+        rotation_deg: spec.rotation_deg.unwrap_or(0.0),
     }
 }

@@ -118,15 +118,29 @@ pub struct MediumSpec {
     /// Factor on extinction, >= 0. Default: 1.
     #[schemars(range(min = 0))]
     pub density_scale: Option<f64>,
-    /// Factor on the colour that gives the scattering albedo, in [0, 1]. Default: 0.9.
+    /// Factor on the colour that gives the scattering albedo, in [0, 1]. Default: 0.9, or 1 beside
+    /// `albedo_volume`.
     #[schemars(range(min = 0, max = 1))]
     pub albedo: Option<f64>,
+    /// A colour for every voxel that takes the place of the transfer function's in the scattering albedo.
+    pub albedo_volume: Option<AlbedoVolumeSpec>,
     /// Factor on the colour that gives the radiance the medium emits, >= 0; not used by `ray_march`, which
     /// takes the whole colour for it. Default: 0.
     #[schemars(range(min = 0))]
     pub emission: Option<f64>,
     /// The phase function.
     pub phase: PhaseSpec,
+}
+
+/// A volume of linear RGB colours in [0, 1], with as many voxels as the volume, in the same place.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AlbedoVolumeSpec {
+    /// Path of an NRRD file whose first axis holds the 3 colours, or of a headerless file, relative to the
+    /// scene file.
+    pub file: String,
+    /// Layout of a headerless `file`: red, green and blue of a voxel follow one another.
+    pub raw: Option<RawSpec>,
 }
 
 /// Henyey-Greenstein phase function.
@@ -146,7 +160,7 @@ pub struct LightSpec {
     pub directional: Option<DirectionalSpec>,
     /// A point source.
     pub point: Option<PointSpec>,
-    /// The same radiance from everywhere.
+    /// Light from all around.
     pub environment: Option<EnvironmentSpec>,
 }
 
@@ -173,12 +187,22 @@ pub struct PointSpec {
     pub falloff: Falloff,
 }
 
-/// The same radiance from everywhere.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+/// Light from all around: exactly one of `radiance` and `file`.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct EnvironmentSpec {
-    /// Radiance.
-    pub radiance: Rgb,
+    /// The same radiance from everywhere.
+    pub radiance: Option<Rgb>,
+    /// Path of a picture of the whole sphere in latitude and longitude (OpenEXR or Radiance HDR), relative
+    /// to the scene file. Its middle lights what the camera sees of an unturned head: it lies towards -y
+    /// where +z is up.
+    pub file: Option<String>,
+    /// Factor on the radiance of `file`. Default: 1.
+    pub scale: Option<Rgb>,
+    /// Degrees by which `file` is turned about `up`, counterclockwise from above. Default: 0.
+    pub rotation_deg: Option<f64>,
+    /// World direction of the top of `file`. Default: +z.
+    pub up: Option<[f64; 3]>,
 }
 
 /// The camera. `eye` excludes `azimuth_deg`, `elevation_deg` and `zoom`.

@@ -2,7 +2,7 @@
 
 use super::Rgb;
 use super::error::Problem;
-use super::spec::{ExposureSpec, LightSpec, SceneSpec, ShadingSpec};
+use super::spec::{EnvironmentSpec, ExposureSpec, LightSpec, RawSpec, SceneSpec, ShadingSpec};
 
 /// The first value that is out of range.
 pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
@@ -11,6 +11,11 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     let m = &s.medium;
     at_least("medium.density_scale", m.density_scale, 0.0)?;
     within("medium.albedo", m.albedo, 0.0, 1.0)?;
+    let colors = m.albedo_volume.as_ref();
+    raw(
+        "medium.albedo_volume.raw",
+        colors.and_then(|c| c.raw.as_ref()),
+    )?;
     at_least("medium.emission", m.emission, 0.0)?;
     within("medium.phase.g", m.phase.g, -0.99, 0.99)?;
     for (i, light) in s.lights.iter().flatten().enumerate() {
@@ -51,18 +56,17 @@ fn volume(s: &SceneSpec) -> Result<(), Problem> {
             "stands without `volume.file`, which it describes",
         ));
     }
-    if let Some(raw) = &v.raw {
-        for (i, n) in raw.dims.into_iter().enumerate() {
-            within(
-                &format!("volume.raw.dims.{i}"),
-                Some(f64::from(n)),
-                1.0,
-                f64::from(u32::MAX),
-            )?;
-        }
-        for (i, x) in raw.spacing.into_iter().flatten().enumerate() {
-            positive(&format!("volume.raw.spacing.{i}"), Some(x))?;
-        }
+    raw("volume.raw", v.raw.as_ref())
+}
+
+fn raw(key: &str, raw: Option<&RawSpec>) -> Result<(), Problem> {
+    let Some(raw) = raw else { return Ok(()) };
+    for (i, n) in raw.dims.into_iter().enumerate() {
+        let key = format!("{key}.dims.{i}");
+        within(&key, Some(f64::from(n)), 1.0, f64::from(u32::MAX))?;
+    }
+    for (i, x) in raw.spacing.into_iter().flatten().enumerate() {
+        positive(&format!("{key}.spacing.{i}"), Some(x))?;
     }
     Ok(())
 }
@@ -142,13 +146,42 @@ fn check_light(i: usize, light: &LightSpec) -> Result<(), Problem> {
         vector(&format!("{key}.point.position"), Some(p.position), false)?;
         color(&format!("{key}.point.intensity"), Some(p.intensity))
     } else if let Some(e) = &light.environment {
-        color(&format!("{key}.environment.radiance"), Some(e.radiance))
+        check_environment(&format!("{key}.environment"), e)
     } else {
         Err(Problem::new(
             &key,
             "found no kind, expected one of directional, point, environment",
         ))
     }
+}
+
+fn check_environment(key: &str, e: &EnvironmentSpec) -> Result<(), Problem> {
+    let given = [
+        ("radiance", e.radiance.is_some()),
+        ("file", e.file.is_some()),
+    ];
+    exclusive(key, &given)?;
+    if e.radiance.is_none() && e.file.is_none() {
+        return Err(Problem::new(
+            key,
+            "found neither, expected one of radiance, file",
+        ));
+    }
+    let of_file = [
+        ("scale", e.scale.is_some()),
+        ("rotation_deg", e.rotation_deg.is_some()),
+        ("up", e.up.is_some()),
+    ];
+    if let Some((name, _)) = of_file.iter().find(|(_, given)| *given && e.file.is_none()) {
+        return Err(Problem::new(
+            &format!("{key}.{name}"),
+            "stands without `file`, which it describes",
+        ));
+    }
+    color(&format!("{key}.radiance"), e.radiance)?;
+    color(&format!("{key}.scale"), e.scale)?;
+    finite(&format!("{key}.rotation_deg"), e.rotation_deg)?;
+    vector(&format!("{key}.up"), e.up, true)
 }
 
 fn camera(s: &SceneSpec) -> Result<(), Problem> {

@@ -11,5 +11,6 @@ mod table;
 pub use encoding::Encoding;
 pub use plan::{CellsPlan, MediumPlan, stage};
 pub use record::{record_occupancy, record_ranges};
+pub(super) use resources::sampler;
 pub use resources::{LAYOUTS, Medium, OccupancyPush};
 pub use table::Table;

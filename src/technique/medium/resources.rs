@@ -283,7 +283,11 @@ impl Cells {
 
 /// Mirrored repetition equals clamping for coordinates in [0, 1], and keeps lavapipe's float filter
 /// for 8-bit texels, where clamping would filter in 8 bits.
-fn sampler(device: &Device, name: &str, filter: Filter) -> Result<Arc<Sampler>, GpuError> {
+pub(in crate::technique) fn sampler(
+    device: &Device,
+    name: &str,
+    filter: Filter,
+) -> Result<Arc<Sampler>, GpuError> {
     let address_mode = SamplerAddressMode::MIRRORED_REPEAT;
     Sampler::new(
         device,

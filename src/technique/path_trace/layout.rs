@@ -2,6 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use glam::{DMat3, Vec3};
+
+use super::environment::{Environment, extents};
 use super::leaves;
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::Scene;
@@ -11,7 +14,7 @@ use crate::technique::view::vec4;
 
 /// The walk by the device's filters, and by loads of 8-bit, 16-bit and float texels. They differ in
 /// how bindings 2 and 3, the medium, are read.
-const fn trace(shader: shader::Shader, bindings: &'static [BindingKind; 10]) -> StageLayout {
+const fn trace(shader: shader::Shader, bindings: &'static [BindingKind; 13]) -> StageLayout {
     StageLayout {
         shader,
         bindings,
@@ -19,7 +22,7 @@ const fn trace(shader: shader::Shader, bindings: &'static [BindingKind; 10]) -> 
     }
 }
 
-const fn bindings(medium: BindingKind) -> [BindingKind; 10] {
+const fn bindings(medium: BindingKind) -> [BindingKind; 13] {
     [
         BindingKind::UniformBuffer,
         BindingKind::UniformBuffer,
@@ -31,11 +34,14 @@ const fn bindings(medium: BindingKind) -> [BindingKind; 10] {
         BindingKind::StorageImage,
         BindingKind::StorageImage,
         BindingKind::StorageImage,
+        BindingKind::SampledImage,
+        BindingKind::SampledImage,
+        BindingKind::SampledImage,
     ]
 }
 
-const FILTERED: &[BindingKind; 10] = &bindings(BindingKind::SampledImage);
-const LOADED: &[BindingKind; 10] = &bindings(BindingKind::StorageImage);
+const FILTERED: &[BindingKind; 13] = &bindings(BindingKind::SampledImage);
+const LOADED: &[BindingKind; 13] = &bindings(BindingKind::StorageImage);
 
 /// The interfaces of the technique's stages, for the layout test.
 pub const LAYOUTS: &[StageLayout] = &[
@@ -79,6 +85,8 @@ pub struct TraceUniform {
     pub line: [f32; 4],
     pub environment: [f32; 4],
     pub grid_from_world: [[f32; 4]; 3],
+    pub map_from_world: [[f32; 4]; 3],
+    pub map_scale: [f32; 4],
     pub lights: [LightUniform; MAX_LIGHTS],
 }
 
@@ -96,6 +104,12 @@ impl TraceUniform {
         let rows = inverse.matrix3.transpose();
         let offset = inverse.transform_point3(centre);
         let (first, last) = (baked[0], baked[baked.len() - 1]);
+        let map = Environment::of(scene);
+        let size = extents(map.as_ref().map(|e| &**e.map)).0.as_dvec2();
+        let scale = map.as_ref().map_or(Vec3::ZERO, |e| e.scale);
+        let turn = map
+            .map_or(DMat3::IDENTITY, |e| e.map_from_world)
+            .transpose();
         let slope = (last[3] - first[3]) * table_scale / (table.entries - 1) as f32;
         Self {
             table: [table_min, table_scale, table.entries as f32, 0.0],
@@ -109,6 +123,12 @@ impl TraceUniform {
                 vec4(rows.y_axis, offset.y),
                 vec4(rows.z_axis, offset.z),
             ],
+            map_from_world: [
+                vec4(turn.x_axis, size.x),
+                vec4(turn.y_axis, size.y),
+                vec4(turn.z_axis, 0.0),
+            ],
+            map_scale: scale.extend(0.0).to_array(),
             lights: lights::uniforms(&scene.lights, centre),
         }
     }

@@ -2,6 +2,8 @@
 //!
 //! Papers, symbols, stages and deviations: `README.md` in this folder.
 
+mod colors;
+mod environment;
 mod layout;
 pub mod leaves;
 mod plan;

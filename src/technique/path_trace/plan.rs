@@ -1,10 +1,10 @@
 //! What `path_trace` does for a scene.
 
-use glam::UVec3;
+use glam::{UVec2, UVec3};
 
-use super::{NAME, layout, leaves};
+use super::{NAME, colors, environment, layout, leaves};
 use crate::gpu::{Format, Limits, Specialization, StageLayout};
-use crate::scene::{PathTraceParams, Scene};
+use crate::scene::{LatLongMap, Light, PathTraceParams, Scene};
 use crate::technique::medium::{MediumPlan, Table};
 use crate::technique::{
     Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, lights, target,
@@ -22,12 +22,16 @@ pub mod stage {
     pub const TRACE_R32F: &str = "path_trace.trace_r32f";
     /// Transfer of the leaves' bounds to the device.
     pub const UPLOAD_LEAVES: &str = "path_trace.upload_leaves";
+    /// Transfer of the environment map, and of the table by which it is looked for.
+    pub const UPLOAD_ENVIRONMENT: &str = "path_trace.upload_environment";
+    /// Transfer of the albedo volume.
+    pub const UPLOAD_ALBEDO: &str = "path_trace.upload_albedo";
     /// Copy of the image to the host.
     pub const READ_BACK: &str = "path_trace.read_back";
 }
 
 /// Constants of `path_trace.trace`, in the order of their ids.
-pub const CONSTANTS: [Specialization; 9] = {
+pub const CONSTANTS: [Specialization; 12] = {
     const fn constant(id: u32, name: &'static str) -> Specialization {
         Specialization { id, name, value: 0 }
     }
@@ -41,6 +45,9 @@ pub const CONSTANTS: [Specialization; 9] = {
         constant(6, "SPREAD"),
         constant(7, "CELL"),
         constant(8, "STRAIGHT"),
+        constant(9, "SOURCES"),
+        constant(10, "ENVIRONMENT_MAP"),
+        constant(11, "ALBEDO_VOLUME"),
     ]
 };
 
@@ -68,6 +75,10 @@ pub struct PathTracePlan {
     pub rounds: u32,
     /// Cells along each axis that carry bounds of the extinction; none: the volume is one leaf.
     pub leaves: Option<UVec3>,
+    /// Texels of the environment map and cells of its table; one each without a map.
+    pub maps: (UVec2, UVec2),
+    /// Texels of the albedo volume and their format; one without it.
+    pub colors: (UVec3, Format),
     omitted: Vec<Omission>,
 }
 
@@ -83,6 +94,8 @@ pub fn plan(
     let image = &scene.image;
     target::check(image, limits)?;
     let (lights, points) = lights::count(scene, NAME)?;
+    let map = environment_map(scene, limits)?;
+    let colors = scene.medium.albedo_volume.as_deref();
     let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
     let spread = limits.worker_threads;
     let pixels = u64::from(image.width) * u64::from(image.height);
@@ -104,6 +117,9 @@ pub fn plan(
         spread,
         if one_leaf { 0 } else { leaves::cell_edge(dims) },
         u32::from(straight),
+        lights + u32::from(map.is_some()),
+        u32::from(map.is_some()),
+        u32::from(colors.is_some()),
     ];
     let mut omitted = Vec::new();
     let mut omit = |what, left_out: bool, why: &str| {
@@ -127,9 +143,11 @@ pub fn plan(
     );
     omit(
         "shadow rays",
-        lights == 0,
-        "the scene has no directional or point light",
+        lights == 0 && map.is_none(),
+        "the scene has no directional or point light and no environment map",
     );
+    omit("environment map", map.is_none(), none);
+    omit("albedo volume", colors.is_none(), none);
     Ok(PathTracePlan {
         medium,
         specialization: CONSTANTS
@@ -141,8 +159,45 @@ pub fn plan(
         groups: tiles.div_ceil(spread) * spread,
         rounds: u32::try_from((MAX_EVENTS / pixels).clamp(16, 4096)).unwrap_or(16),
         leaves: (!one_leaf).then(|| leaves::cells_along(dims)),
+        maps: environment::extents(map),
+        colors: (
+            colors.map_or(UVec3::ONE, |c| c.dims),
+            colors::format(colors),
+        ),
         omitted,
     })
+}
+
+/// The scene's environment map, if it has one.
+fn environment_map<'a>(
+    scene: &'a Scene,
+    limits: &Limits,
+) -> Result<Option<&'a LatLongMap>, PlanError> {
+    let maps = scene.lights.iter().filter_map(|l| match l {
+        Light::EnvironmentMap { map, .. } => Some(&**map),
+        _ => None,
+    });
+    let maps: Vec<_> = maps.collect();
+    if maps.len() > 1 {
+        return Err(PlanError::Limit {
+            what: "lights".to_owned(),
+            found: format!("{} environment maps", maps.len()),
+            limit: format!("{NAME} takes 1"),
+            fix: "add their pictures up in one".to_owned(),
+        });
+    }
+    let Some(map) = maps.first() else {
+        return Ok(None);
+    };
+    if map.width.max(map.height) > limits.max_image_2d {
+        return Err(PlanError::Limit {
+            what: format!("environment map `{}`", map.name),
+            found: format!("{} x {} texels", map.width, map.height),
+            limit: format!("the device takes {} along an axis", limits.max_image_2d),
+            fix: "scale the picture down".to_owned(),
+        });
+    }
+    Ok(Some(map))
 }
 
 /// Whether bounds for parts of the volume could not make flights longer: it is even, or thin.
@@ -184,6 +239,7 @@ impl PathTracePlan {
                 specialization: Vec::new(),
             });
         }
+        stages.extend(self.uploads());
         stages.push(StagePlan {
             name: self.trace().shader.name,
             depends_on: Inputs::of(&Input::ALL),
@@ -222,6 +278,7 @@ impl PathTracePlan {
             bytes: 8 * cells.as_u64vec3().element_product(),
             shrink: "use a smaller volume",
         });
+        resources.extend(self.pictures());
         resources.extend([
             image("moments", pixels, float, 16 * texels),
             image("walkers", walkers, word, 16 * layers * texels),
@@ -241,5 +298,47 @@ impl PathTracePlan {
             resources,
             omitted,
         }
+    }
+
+    /// Transfers of what the scene brings beside its volume.
+    fn uploads(&self) -> Vec<StagePlan> {
+        let stage = |name, input, domain| StagePlan {
+            name,
+            depends_on: Inputs::of(&[input]),
+            domain,
+            dispatches: 1,
+            specialization: Vec::new(),
+        };
+        let mut stages = Vec::new();
+        if self.maps.0 != UVec2::ONE {
+            let texels = self.maps.0.extend(1);
+            stages.push(stage(stage::UPLOAD_ENVIRONMENT, Input::Light, texels));
+        }
+        if self.colors.0 != UVec3::ONE {
+            stages.push(stage(stage::UPLOAD_ALBEDO, Input::Volume, self.colors.0));
+        }
+        stages
+    }
+
+    /// Images of the environment map, its table and the albedo volume; of one texel where there is none.
+    fn pictures(&self) -> [ResourcePlan; 3] {
+        let resource = |name, extent: UVec3, format, texel_bytes, shrink| ResourcePlan {
+            name,
+            kind: ResourceKind::Auxiliary,
+            extent,
+            format,
+            bytes: texel_bytes * extent.as_u64vec3().element_product(),
+            shrink,
+        };
+        let float = Format::R32G32B32A32_SFLOAT;
+        let (map, table) = (self.maps.0.extend(1), self.maps.1.extend(1));
+        let (colors, format) = self.colors;
+        let bytes = colors::texel_bytes(format);
+        let smaller = "scale the picture down";
+        [
+            resource("environment_map", map, float, 16, smaller),
+            resource("environment_alias", table, float, 16, smaller),
+            resource("albedo_volume", colors, format, bytes, "store it in 8 bits"),
+        ]
     }
 }

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::scene::{Falloff, Light, PathTraceParams, Scene};
+use crate::scene::{Falloff, Light, PathTraceParams, Scene, world_from_map};
 use crate::technique::lights::environment;
 use crate::technique::reference_ray::{camera_ray, interval};
 
@@ -112,7 +112,7 @@ impl<'a> Tracer<'a> {
                 let beyond = if events == 0 {
                     background
                 } else {
-                    environment(&self.scene.lights).as_dvec3()
+                    environment(&self.scene.lights).as_dvec3() + self.maps(d)
                 };
                 return (radiance + throughput * beyond, events > 0);
             };
@@ -123,7 +123,7 @@ impl<'a> Tracer<'a> {
                 .0
                 .as_dvec3();
             radiance += throughput * medium.emission * color;
-            let albedo = medium.albedo * color;
+            let albedo = medium.albedo * self.albedo_color(x).unwrap_or(color);
             let survival = albedo.max_element();
             if events >= self.max_scatter || random.next() >= survival {
                 return (radiance, true);
@@ -137,6 +137,28 @@ impl<'a> Tracer<'a> {
             t_end = self.way_out(x, d);
         }
         (radiance, true)
+    }
+
+    /// Radiance of the environment maps that a path meets along `d`.
+    fn maps(&self, d: DVec3) -> DVec3 {
+        let radiance = |l: &Light| match l {
+            Light::EnvironmentMap {
+                map,
+                scale,
+                up,
+                rotation_deg,
+            } => {
+                let map_from_world = world_from_map(*up, *rotation_deg).transpose();
+                scale.as_dvec3() * map.radiance(map_from_world * d)
+            }
+            _ => DVec3::ZERO,
+        };
+        self.scene.lights.iter().map(radiance).sum()
+    }
+
+    fn albedo_color(&self, x: DVec3) -> Option<DVec3> {
+        let colors = self.scene.medium.albedo_volume.as_ref()?;
+        Some(colors.sample_index(self.index_from_world.transform_point3(x)))
     }
 
     /// Light scattered once at `x` from `light` into the path that arrived along `d`.
@@ -158,7 +180,7 @@ impl<'a> Tracer<'a> {
                 };
                 (to.normalize(), to.length(), intensity.as_dvec3() / weaker)
             }
-            Light::Environment { .. } => return DVec3::ZERO,
+            Light::Environment { .. } | Light::EnvironmentMap { .. } => return DVec3::ZERO,
         };
         let t_end = self.way_out(x, w_i).min(far);
         match self.collide(x, w_i, t_end, random) {

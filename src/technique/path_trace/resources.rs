@@ -4,14 +4,16 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::colors::Colors;
+use super::environment::{Environment, Maps};
 use super::plan::WALKER_LAYERS;
 use super::{PathTracePlan, TraceUniform, leaves, stage};
 use crate::gpu::{
-    Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Format, GpuError, Image,
+    Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Filter, Format, GpuError, Image,
     ImageDesc, ImageType, ImageUsageFlags, Resource, StageTime, download_image, upload_image,
 };
 use crate::scene::Scene;
-use crate::technique::medium::Medium;
+use crate::technique::medium::{Medium, sampler};
 use crate::technique::target::{Target, write};
 use crate::technique::{Input, Inputs};
 
@@ -23,6 +25,8 @@ pub struct PathTrace {
     pub(super) binding: Binding,
     pub(super) radiance: Arc<Image>,
     pub(super) buffers: Buffers,
+    maps: Maps,
+    colors: Colors,
     leaves: Arc<Image>,
     // Whether `leaves` holds anything yet.
     filled: bool,
@@ -53,6 +57,7 @@ impl PathTrace {
         old: Option<Self>,
     ) -> Result<Self, GpuError> {
         let (mut pipeline, mut buffers, mut leaves) = (None, None, None);
+        let (mut maps, mut colors) = (None, None);
         let (mut filled, mut samples) = (false, 0);
         if let Some(old) = old {
             pipeline = (old.plan.specialization == plan.specialization
@@ -60,6 +65,7 @@ impl PathTrace {
                 .then_some(old.pipeline);
             buffers = (old.plan.image == plan.image).then_some(old.buffers);
             samples = old.samples;
+            (maps, colors) = (Some(old.maps), Some(old.colors));
             filled = old.filled && old.plan.leaves == plan.leaves;
             leaves = (old.plan.leaves == plan.leaves).then_some(old.leaves);
         }
@@ -69,6 +75,10 @@ impl PathTrace {
         )?;
         let buffers = buffers.map_or_else(|| Buffers::new(device, plan.image), Ok)?;
         let leaves = leaves.map_or_else(|| leaves_image(device, plan), Ok)?;
+        let maps = Maps::new(device, plan.maps, maps)?;
+        let colors = Colors::new(device, plan.colors, colors)?;
+        let nearest = sampler(device, "nearest", Filter::NEAREST)?;
+        let linear = sampler(device, "linear", Filter::LINEAR)?;
         let binding = pipeline.bind(vec![
             Resource::Uniform(target.view.clone()),
             Resource::Uniform(buffers.trace.clone()),
@@ -80,6 +90,9 @@ impl PathTrace {
             Resource::Storage(buffers.moments.clone()),
             Resource::Storage(buffers.walkers.clone()),
             Resource::Storage(buffers.counters.clone()),
+            Resource::Sampled(colors.image.clone(), linear),
+            Resource::Sampled(maps.map.clone(), nearest.clone()),
+            Resource::Sampled(maps.alias.clone(), nearest),
         ])?;
         Ok(Self {
             plan: plan.clone(),
@@ -87,6 +100,8 @@ impl PathTrace {
             binding,
             radiance: target.radiance.clone(),
             buffers,
+            maps,
+            colors,
             leaves,
             filled,
             samples,
@@ -123,11 +138,27 @@ impl PathTrace {
         })
     }
 
-    /// Brings the leaves up to date; `changed` says what differs from the last frame.
+    /// Brings leaves, environment map and albedo volume up to date; `changed` says what differs from the
+    /// last frame.
     ///
     /// # Errors
     /// The driver's refusal or no memory for staging.
     pub fn upload(
+        &mut self,
+        device: &Device,
+        scene: &Scene,
+        medium: &Medium,
+        changed: Inputs,
+    ) -> Result<Vec<StageTime>, GpuError> {
+        let mut times = self.upload_leaves(device, scene, medium, changed)?;
+        let map = Environment::of(scene).map(|e| e.map);
+        times.extend(self.maps.upload(device, map)?);
+        let colors = scene.medium.albedo_volume.as_ref();
+        times.extend(self.colors.upload(device, colors)?);
+        Ok(times)
+    }
+
+    fn upload_leaves(
         &mut self,
         device: &Device,
         scene: &Scene,

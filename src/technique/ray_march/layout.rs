@@ -85,7 +85,7 @@ impl MarchUniform {
         let cell_size = medium.plan.cells.map_or(1, |c| c.size);
         let cells_per_texture = grid.dims.as_dvec3() / f64::from(cell_size);
         let shading = params.shading.unwrap_or_default();
-        let ambient = lights::environment(&scene.lights) * shading.ambient;
+        let ambient = lights::mean_environment(&scene.lights) * shading.ambient;
         Self {
             table: [
                 table_min,

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec2, DVec3, DVec4};
 
 use super::layout::step_length;
 use crate::scene::{Falloff, Light, RayMarchParams, Scene, Shading};
-use crate::technique::lights::environment;
+use crate::technique::lights::mean_environment;
 use crate::technique::reference_ray::{camera_ray, interval};
 
 /// Radiance (rgb) and `1 - transmittance` (w) of a point of the image; `(0, 0)` is the top left
@@ -67,7 +67,8 @@ fn shade(
     );
     let n = (index_from_world.matrix3.transpose() * d).normalize_or_zero();
     let n = if n.dot(w_o) < 0.0 { -n } else { n };
-    let mut radiance = f64::from(shading.ambient) * environment(&scene.lights).as_dvec3() * color;
+    let mut radiance =
+        f64::from(shading.ambient) * mean_environment(&scene.lights).as_dvec3() * color;
     for light in &scene.lights {
         let (w_i, irradiance) = match *light {
             Light::Directional {
@@ -87,7 +88,7 @@ fn shade(
                 };
                 (to.normalize(), intensity.as_dvec3() / weaker)
             }
-            Light::Environment { .. } => continue,
+            Light::Environment { .. } | Light::EnvironmentMap { .. } => continue,
         };
         let cos_i = n.dot(w_i);
         if cos_i > 0.0 {

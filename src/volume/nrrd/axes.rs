@@ -6,6 +6,15 @@ use crate::volume::header_text::{Fields, shown};
 use crate::volume::source::check_dims;
 use crate::volume::{ScalarType, VolumeError};
 
+/// What a voxel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Holds {
+    /// One value.
+    Scalars,
+    /// Red, green and blue.
+    Colors,
+}
+
 /// The axes of a header.
 #[derive(Debug)]
 pub(super) struct Axes {
@@ -23,13 +32,20 @@ pub(super) struct Axes {
 
 impl Axes {
     /// Sorts out `dimension`, `sizes`, `kinds` and `space directions`.
-    pub(super) fn parse(fields: &Fields, scalar_type: ScalarType) -> Result<Self, VolumeError> {
-        let expected = "3, or 4 with the time steps on the slowest axis";
+    pub(super) fn parse(
+        fields: &Fields,
+        scalar_type: ScalarType,
+        holds: Holds,
+    ) -> Result<Self, VolumeError> {
+        let (least, expected) = match holds {
+            Holds::Scalars => (3, "3, or 4 with the time steps on the slowest axis"),
+            Holds::Colors => (4, "4 with the 3 colours on the fastest axis"),
+        };
         fields.require("dimension", expected)?;
         let count = fields
             .parse::<usize>("dimension", expected)?
             .unwrap_or_default();
-        if !(3..=4).contains(&count) {
+        if !(least..=4).contains(&count) {
             return Err(fields.error("dimension", expected));
         }
         let expected = format!("{count} positive sizes (`dimension: {count}`)");
@@ -39,14 +55,14 @@ impl Axes {
         }
         let directions = directions(fields, count)?;
         let other = if count == 4 {
-            Some(other_axis(fields, &sizes, directions.as_deref())?)
+            Some(other_axis(fields, &sizes, directions.as_deref(), holds)?)
         } else {
             None
         };
         let mut axes = (0..count).filter(|axis| Some(*axis) != other);
         let spatial = std::array::from_fn(|_| axes.next().unwrap_or_default());
         let steps = match other {
-            None => 1,
+            None | Some(0) => 1,
             Some(axis) => u32::try_from(sizes[axis])
                 .map_err(|_| fields.error("sizes", "at most 4294967295 time steps"))?,
         };
@@ -81,6 +97,7 @@ fn other_axis(
     fields: &Fields,
     sizes: &[i64],
     directions: Option<&[Option<DVec3>]>,
+    holds: Holds,
 ) -> Result<usize, VolumeError> {
     let kinds: Option<Vec<&str>> = fields.text("kinds").map(|k| k.split_whitespace().collect());
     if kinds.as_ref().is_some_and(|k| k.len() != sizes.len()) {
@@ -97,9 +114,19 @@ fn other_axis(
                 .filter(|axis| !matches!(kinds[*axis], "domain" | "space" | "???" | "none"))
                 .collect(),
         ),
-        // Nothing says what the axes are: the fourth can only be the steps of a 3D grid.
+        // Nothing says what the axes are: the colours come first, the steps of a 3D grid last.
+        (None, None) if holds == Holds::Colors => ("sizes", vec![0]),
         (None, None) => ("sizes", vec![3]),
     };
+    if holds == Holds::Colors {
+        return match candidates[..] {
+            [0] if sizes[0] == 3 => Ok(0),
+            _ => Err(fields.error(
+                field,
+                "3 colours on the first (fastest) axis, then 3 spatial axes",
+            )),
+        };
+    }
     match candidates[..] {
         [axis] if axis == 3 || sizes[axis] == 1 => Ok(axis),
         [axis] => {

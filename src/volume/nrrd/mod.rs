@@ -14,15 +14,24 @@ use super::header_text::{Fields, HeaderLines, shown};
 use super::payload::{Encoding, Payload, Start};
 use super::source::{Source, check_time, open_regular};
 use super::{Format, Header, Rescale, ScalarType, VolumeError};
-use axes::Axes;
+use axes::{Axes, Holds};
 
 const TYPES: &str = "int8, uint8, int16, uint16, int32, uint32, float or double";
 
 /// Reads and checks the header of `path`; `time` is the wanted step.
 pub(super) fn open(path: &Path, time: u32) -> Result<Source, VolumeError> {
+    open_as(path, time, Holds::Scalars)
+}
+
+/// The same of a file whose first axis holds three colours; the payload's `dims` are to count them.
+pub(super) fn open_color(path: &Path) -> Result<Source, VolumeError> {
+    open_as(path, 0, Holds::Colors)
+}
+
+fn open_as(path: &Path, time: u32, holds: Holds) -> Result<Source, VolumeError> {
     let (fields, header_end) = parse(path)?;
     let scalar_type = scalar_type(&fields)?;
-    let axes = Axes::parse(&fields, scalar_type)?;
+    let axes = Axes::parse(&fields, scalar_type, holds)?;
     check_time(path, "sizes", time, axes.steps)?;
     let encoding = encoding(&fields)?;
     let header = Header {
