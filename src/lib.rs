@@ -17,5 +17,6 @@ pub mod gpu;
 pub mod output;
 pub mod scene;
 pub mod shaders;
+pub mod stability;
 pub mod technique;
 pub mod volume;

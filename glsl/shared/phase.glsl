@@ -2,8 +2,9 @@
 
 // Per steradian; its integral over the sphere is 1.
 float phase_hg(float cos_theta, float g) {
-    // 1 + g^2 - 2 g cos_theta without cancellation where g is near 1.
-    float d = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - min(cos_theta, 1.0));
+    // 1 + g^2 - 2 g cos_theta without cancellation where g is near 1 or -1.
+    float near = 1.0 - abs(g);
+    float d = near * near + 2.0 * abs(g) * max(1.0 - (g < 0.0 ? -cos_theta : cos_theta), 0.0);
     return (1.0 - g * g) / (12.566370614 * d * sqrt(d));
 }
 
