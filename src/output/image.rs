@@ -45,6 +45,21 @@ impl Image {
     }
 }
 
+/// How sure an [`Image`] of random samples is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Variance {
+    /// Variance of each pixel's mean (its squared standard error): red, green, blue, in squared
+    /// radiance, in the order of the image's pixels.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+impl Variance {
+    /// An error that names `path` unless there is one variance for each pixel of `image`.
+    pub(super) fn check(&self, path: &Path, image: &Image) -> Result<(), OutputError> {
+        check(path, image.width, image.height, self.pixels.len())
+    }
+}
+
 /// What a display shows: sRGB-encoded values in [0, 1] with straight alpha.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Display {

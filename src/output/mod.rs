@@ -18,7 +18,7 @@ pub mod png;
 pub mod tone_map;
 
 pub use error::OutputError;
-pub use image::{Display, Image, MAX_PIXELS};
+pub use image::{Display, Image, MAX_PIXELS, Variance};
 
 use std::collections::BTreeMap;
 

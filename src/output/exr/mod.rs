@@ -4,21 +4,31 @@
 //! premultiplied colour that OpenEXR asks for. Primaries are those of Rec.709. Attributes beyond
 //! the standard ones are named `tyndall.KEY`. Their order in the header is not fixed, so two files
 //! of the same image hold the same pixels but may differ in bytes.
+//!
+//! Beside R, G, B and A a file can hold `variance.R`, `variance.G` and `variance.B`: the variance
+//! of each pixel's mean, 32-bit float ([`write_with_variance`], [`read_variance`]).
+
+mod variance;
 
 use std::fs::File;
 use std::io::{self, BufReader, Seek};
 use std::path::Path;
 
 use ::exr::error::Error;
+use ::exr::image::write::channels::WritableChannels;
 use ::exr::math::Vec2;
 use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, Chromaticities, LineOrder, Text};
+use ::exr::meta::header::Header;
 use ::exr::prelude::{
     Blocks, Compression, Encoding, Image as ExrImage, Layer, LayerAttributes, ReadChannels,
     ReadLayers, SpecificChannels, WritableImage,
 };
 
+use self::variance::LAYER;
 use super::{Image, MAX_PIXELS, Metadata, OutputError, SOFTWARE, atomic};
+
+pub use self::variance::{read_variance, write_with_variance};
 
 /// Keeps our attributes apart from the standard ones, some of which have the same names.
 const PREFIX: &str = "tyndall.";
@@ -43,22 +53,32 @@ const REC_709: Chromaticities = Chromaticities {
 pub fn write(path: &Path, image: &Image, metadata: &Metadata) -> Result<(), OutputError> {
     image.check(path)?;
     let width = image.width as usize;
-    let pixels = SpecificChannels::rgba(|Vec2(x, y): Vec2<usize>| {
+    let channels = SpecificChannels::rgba(|Vec2(x, y): Vec2<usize>| {
         let [r, g, b, a] = image.pixels[y * width + x];
         (r, g, b, a)
     });
+    let file = file(image, channels, metadata);
+    atomic::write(path, |buffer| {
+        file.write().to_buffered(buffer).map_err(into_io)
+    })
+}
+
+/// All but the pixels: encoding, attributes, primaries.
+fn file<'c, C: WritableChannels<'c> + 'c>(
+    image: &Image,
+    channels: C,
+    metadata: &Metadata,
+) -> ExrImage<Layer<C>> {
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let size = (width, image.height as usize);
-    let layer = Layer::new(size, attributes(metadata), encoding, pixels);
+    let size = (image.width as usize, image.height as usize);
+    let layer = Layer::new(size, attributes(metadata), encoding, channels);
     let mut file = ExrImage::from_layer(layer);
     file.attributes.chromaticities = Some(REC_709);
-    atomic::write(path, |buffer| {
-        file.write().to_buffered(buffer).map_err(into_io)
-    })
+    file
 }
 
 fn attributes(metadata: &Metadata) -> LayerAttributes {
@@ -88,7 +108,9 @@ fn text(string: &str) -> Text {
 /// [`MAX_PIXELS`].
 pub fn read(path: &Path) -> Result<Image, OutputError> {
     let mut file = open(path)?;
-    check_size(path, &read_header(path, &mut file)?)?;
+    let header = read_header(path, &mut file)?;
+    check_size(path, &header)?;
+    check_colour(path, &header)?;
     file.rewind().map_err(|e| into_error(path, e.into()))?;
     let image = ::exr::prelude::read()
         .no_deep_data()
@@ -154,6 +176,27 @@ fn check_size(path: &Path, header: &MetaData) -> Result<(), OutputError> {
         }
     }
     Ok(())
+}
+
+/// An error that lists the channels there are, unless the first part with R, G and B is colour.
+fn check_colour(path: &Path, file: &MetaData) -> Result<(), OutputError> {
+    let has = |h: &Header, name| h.channels.list.iter().any(|c| c.name.eq(name));
+    let is_rgb = |h: &&Header| ["R", "G", "B"].iter().all(|name| has(h, name));
+    let reason = match file.headers.iter().find(is_rgb) {
+        Some(h) if variance::is_part(h) => {
+            format!("found the part `{LAYER}` first, expected that with the colour before it")
+        }
+        Some(_) => return Ok(()),
+        None => {
+            let channels = file.headers.iter().flat_map(|h| &h.channels.list);
+            let names: Vec<_> = channels.map(|c| c.name.to_string()).collect();
+            format!(
+                "found the channels {}, expected R, G and B",
+                names.join(", ")
+            )
+        }
+    };
+    Err(into_error(path, Error::Invalid(reason.into())))
 }
 
 fn into_io(error: Error) -> io::Error {
