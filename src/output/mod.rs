@@ -6,6 +6,8 @@
 //! | PNG | what a display shows: exposed, tone-mapped, sRGB | [`png`] |
 //! | JSON | settings, times, bytes, device | [`json`] |
 //!
+//! [`metrics`] says how far two images are apart.
+//!
 //! Every file goes through [`atomic`]: it is there whole, or it is not there.
 
 pub mod atomic;
@@ -14,6 +16,7 @@ mod error;
 pub mod exr;
 mod image;
 pub mod json;
+pub mod metrics;
 pub mod png;
 pub mod tone_map;
 
