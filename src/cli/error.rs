@@ -29,6 +29,12 @@ pub enum CliError {
     /// The arguments do not fit together.
     #[error("{0}")]
     Usage(String),
+    /// Two images cannot be compared: which and why.
+    #[error("{0}")]
+    Compare(String),
+    /// Measures beyond their limits, one sentence each.
+    #[error("{}", .0.join("\nerror: "))]
+    Limits(Vec<String>),
     /// Shaders could not be compiled.
     #[error(transparent)]
     Shader(#[from] crate::shaders::ShaderError),
@@ -51,11 +57,12 @@ impl CliError {
     #[must_use]
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Self::Output(_) | Self::Stdout(_) | Self::Shader(_) => 1,
+            Self::Output(_) | Self::Stdout(_) | Self::Shader(_) | Self::Compare(_) => 1,
             Self::Usage(_) => 2,
             Self::Scene(_) | Self::Volume(_) => 3,
             Self::Render(RenderError::Gpu(GpuError::Validation(_))) => 5,
             Self::Render(_) => 4,
+            Self::Limits(_) => 6,
         }
     }
 

@@ -1,6 +1,7 @@
 //! The command line. One file a subcommand.
 
 mod bench;
+mod compare;
 #[cfg(feature = "shader-compiler")]
 mod compile_shaders;
 mod completions;
@@ -25,9 +26,9 @@ pub use error::CliError;
 #[command(
     name = "tyndall",
     version,
-    after_help = "Exit codes: 0 done; 1 a file could not be written or read; 2 wrong usage; \
+    after_help = "Exit codes: 0 done; 1 a file could not be written, read or compared; 2 wrong usage; \
                   3 the scene or volume is not as it should be; 4 the device cannot do it; \
-                  5 the validation layer reported something.\n\
+                  5 the validation layer reported something; 6 a limit of `compare` is exceeded.\n\
                   Environment: TYNDALL_DEVICE (as --device), VK_DRIVER_FILES (which drivers the loader sees)."
 )]
 struct Cli {
@@ -63,6 +64,8 @@ enum Command {
     Plan(plan::PlanArgs),
     /// Measure each stage over a camera orbit, and what each kind of change costs.
     Bench(bench::BenchArgs),
+    /// Measure how far an image is from a reference, and hold it to limits.
+    Compare(compare::CompareArgs),
     /// Print the JSON Schema of scene files.
     Schema,
     /// Print a shell's completion script.
@@ -82,6 +85,7 @@ pub fn main() -> ExitCode {
         Command::Devices(args) => devices::run(&cli.global, args),
         Command::Plan(args) => plan::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
+        Command::Compare(args) => compare::run(args),
         Command::Schema => schema::run(),
         Command::Completions(args) => completions::run(args),
         #[cfg(feature = "shader-compiler")]
