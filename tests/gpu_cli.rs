@@ -201,6 +201,52 @@ fn path_trace_ends_at_its_goal() {
     fails(folder.path(), &time, 2, &["time step", "30s"]);
 }
 
+/// Seeds differ by what the variances explain, a bias by more.
+#[test]
+fn path_traced_exrs_tell_noise_from_bias() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let render = |name: &str, options: &[&str]| {
+        let cloud = ["render", "cloud", "-q", "-o", name, "--size", "32x24"];
+        let quick = ["--set", "volume.procedural.resolution=16"];
+        let traced = [&cloud, &quick[..], &["--technique", "path_trace"], options];
+        done(folder.path(), &traced.concat());
+    };
+    let seed = |name, seed| render(name, &["--spp", "256", "--set", seed]);
+    seed("a.exr", "technique.path_trace.seed=1");
+    seed("b.exr", "technique.path_trace.seed=2");
+    let variance = exr::read_variance(&at("a.exr")).unwrap().unwrap();
+    assert_eq!(variance.pixels.len(), 32 * 24);
+    assert!(variance.pixels.iter().any(|p| p[0] > 0.0));
+
+    // The cloud covers some 270 pixels. Of as many normal numbers the largest is about 3; samples
+    // of light have longer tails. By chance the mean of a channel is beyond 5 once in half a million.
+    let limits = ["--max-z", "8", "--max-mean-z", "5"];
+    let args = [&["compare", "a.exr", "b.exr", "--json"][..], &limits].concat();
+    let report: Value = serde_json::from_str(&done(folder.path(), &args)).unwrap();
+    // Were the variances too small or too large by a factor of two, this would be 1.4 or 0.7. It
+    // spreads by 1 / sqrt(2 * 270) = 0.04.
+    let rms = report["comparison"]["z_score"]["rms"].as_f64().unwrap();
+    assert!((0.8..1.25).contains(&rms), "{rms}");
+
+    // Light that is scattered more than once is missing.
+    let single = [
+        "--spp",
+        "256",
+        "--set",
+        "technique.path_trace.max_scatter=1",
+    ];
+    render("single.exr", &single);
+    let args = ["compare", "single.exr", "a.exr", "--max-mean-z", "5"];
+    fails(folder.path(), &args, 6, &["--max-mean-z 5", "found"]);
+
+    // One sample says nothing of its variance, nor does a technique without chance.
+    render("one.exr", &["--spp", "1"]);
+    assert_eq!(exr::read_variance(&at("one.exr")).unwrap(), None);
+    done(folder.path(), &small(&["render", "-q", "-o", "march.exr"]));
+    assert_eq!(exr::read_variance(&at("march.exr")).unwrap(), None);
+}
+
 #[test]
 fn volume_files_render_without_a_scene() {
     let folder = TempDir::new().unwrap();

@@ -12,7 +12,7 @@ use super::{CliError, Global, print, print_json};
 use crate::gpu::Device;
 use crate::output::png::{BitDepth, PngOptions};
 use crate::output::tone_map::{Alpha, ToneMapping, expose};
-use crate::output::{Image, Metadata, atomic, exr, json as json_file, png};
+use crate::output::{Image, Metadata, Variance, atomic, exr, json as json_file, png};
 use crate::scene::file::describe;
 use crate::scene::{Scene, ToneMap};
 use crate::technique::{FrameReport, Renderer};
@@ -23,7 +23,8 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Output file; may be given several times. The ending decides: .png (display), .exr (linear
-    /// float radiance), .json (settings, times, bytes). Default: NAME.png.
+    /// float radiance, with its variance where the technique estimates it), .json (settings, times,
+    /// bytes). Default: NAME.png.
     #[arg(long, short, value_name = "FILE")]
     output: Vec<PathBuf>,
     /// Image size in pixels.
@@ -58,8 +59,16 @@ pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
     let (image, frame) = rendered?;
     let stops = expose(&image, renderer.scene().image.exposure);
     let report = report(&renderer, &device, &image, &frame, stops);
+    let metadata = metadata(renderer.scene(), &device);
     for path in &outputs {
-        write(path, args, &renderer, &device, &image, stops, &report)?;
+        match ending(path).as_str() {
+            "exr" => write_exr(path, &renderer, &image, &metadata)?,
+            "json" => json_file::write(path, &report)?,
+            _ => {
+                let options = png_options(args, renderer.scene(), stops);
+                png::write(path, &image, &options, &metadata)?;
+            }
+        }
     }
     if args.json {
         return print_json(&report);
@@ -150,43 +159,39 @@ fn report(
     })
 }
 
-fn write(
+/// With the variance, where the technique has one: then `compare` can tell noise from bias.
+fn write_exr(
     path: &Path,
-    args: &RenderArgs,
     renderer: &Renderer,
-    device: &Device,
     image: &Image,
-    stops: f32,
-    report: &serde_json::Value,
+    metadata: &Metadata,
 ) -> Result<(), CliError> {
-    let metadata = metadata(renderer.scene(), device);
-    match ending(path).as_str() {
-        "exr" => exr::write(path, image, &metadata)?,
-        "json" => json_file::write(path, report)?,
-        _ => {
-            let image_settings = &renderer.scene().image;
-            let options = PngOptions {
-                bit_depth: if args.bits == "16" {
-                    BitDepth::Sixteen
-                } else {
-                    BitDepth::Eight
-                },
-                alpha: if args.alpha {
-                    Alpha::Straight {
-                        background: image_settings.background,
-                    }
-                } else {
-                    Alpha::Opaque
-                },
-                tone_mapping: ToneMapping {
-                    stops,
-                    operator: image_settings.tone_map,
-                },
-            };
-            png::write(path, image, &options, &metadata)?;
-        }
+    match renderer.variance()? {
+        Some(pixels) => exr::write_with_variance(path, image, &Variance { pixels }, metadata)?,
+        None => exr::write(path, image, metadata)?,
     }
     Ok(())
+}
+
+fn png_options(args: &RenderArgs, scene: &Scene, stops: f32) -> PngOptions {
+    PngOptions {
+        bit_depth: if args.bits == "16" {
+            BitDepth::Sixteen
+        } else {
+            BitDepth::Eight
+        },
+        alpha: if args.alpha {
+            Alpha::Straight {
+                background: scene.image.background,
+            }
+        } else {
+            Alpha::Opaque
+        },
+        tone_mapping: ToneMapping {
+            stops,
+            operator: scene.image.tone_map,
+        },
+    }
 }
 
 /// What images say about where they come from.

@@ -129,7 +129,8 @@ impl Renderer {
         Ok((image, report))
     }
 
-    /// Squared standard error of every pixel of the last image, RGB, if the technique estimates it.
+    /// Squared standard error of every pixel of the last image, RGB, if the technique estimates it
+    /// and took more than one sample.
     ///
     /// # Errors
     /// The driver's refusal or no memory.

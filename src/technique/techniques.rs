@@ -140,13 +140,15 @@ impl Technique {
         }
     }
 
-    /// Squared standard error of every pixel, RGB, where the technique estimates it.
+    /// Squared standard error of every pixel, RGB, where the technique estimates it; one sample
+    /// tells nothing of it.
     ///
     /// # Errors
     /// The driver's refusal or no memory.
     pub fn variance(&self, device: &Device) -> Result<Option<Vec<[f32; 3]>>, GpuError> {
         match self {
             Self::RayMarch(..) => Ok(None),
+            Self::PathTrace(technique, _) if technique.samples < 2 => Ok(None),
             Self::PathTrace(technique, _) => technique.variance(device).map(Some),
         }
     }

@@ -108,7 +108,7 @@ impl PathTrace {
         })
     }
 
-    /// Squared standard error of every pixel of the last image; infinite after one sample.
+    /// Squared standard error of every pixel of the last image; NaN after one sample.
     ///
     /// # Errors
     /// The driver's refusal or no memory.
