@@ -60,6 +60,8 @@ pub struct Limit {
 }
 
 /// What was found.
+///
+/// [`Finding::mean`] of one subject may be compared with that of another of the same [`Model`].
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
     /// The extreme's name.
@@ -74,6 +76,11 @@ pub struct Finding {
     pub brightest: f64,
     /// No pixel can be brighter.
     pub bound: f64,
+    /// Mean of the first channel, and its standard error.
+    pub mean: [f64; 2],
+    /// What the technique sets out to compute.
+    #[serde(skip)]
+    pub model: Model,
     /// Mean of `1 - transmittance` and what it should be, where that is known.
     pub alpha: Option<[f64; 2]>,
     /// The limit that holds here, if any.
@@ -156,6 +163,8 @@ pub fn examine(
         smallest: values.fold(f32::INFINITY, f32::min),
         brightest: brightest.fold(0.0, f64::max),
         bound: expect::bound(extreme, &scene.technique),
+        mean: [found.radiance, found.error],
+        model: model(&scene.technique),
         alpha: extreme.tau.map(|tau| [mean(3), -(-tau).exp_m1()]),
         limit: expect::limit(extreme, &scene.technique, found),
     })
