@@ -11,7 +11,7 @@ use common::{constant, cube, device, points, render, scene, volume};
 use estimates::{Z, assert_estimators_agree, assert_mean, blob, estimate, mean, traced};
 use glam::{DVec3, UVec3, Vec3};
 use tyndall::scene::{Falloff, Light, PathTraceParams, Plane, Projection, Scene, TechniqueParams};
-use tyndall::technique::path_trace::reference;
+use tyndall::technique::phase_hg;
 use tyndall::volume::{Grid, ScalarType};
 
 /// A homogeneous cube of edge 8, optical depth `tau` along it, filling an orthographic image.
@@ -84,7 +84,7 @@ fn single_scattering_of_a_front_light_is_the_closed_form() {
         let mut s = traced(homogeneous(tau, g), 2048, Some(1));
         s.lights = light_along(DVec3::Y);
         let (image, variance) = estimate(&device, &s);
-        let backwards = reference::phase_hg(-1.0, g);
+        let backwards = phase_hg(-1.0, g);
         let expected = 3.0 * 0.9 * backwards * -(-2.0 * tau).exp_m1() / 2.0;
         assert_mean(
             &format!("front, g {g}"),
@@ -102,7 +102,7 @@ fn single_scattering_of_a_back_light_is_the_closed_form() {
         let mut s = traced(homogeneous(tau, g), 2048, Some(1));
         s.lights = light_along(-DVec3::Y);
         let (image, variance) = estimate(&device, &s);
-        let expected = 3.0 * 0.9 * reference::phase_hg(1.0, g) * tau * (-tau).exp();
+        let expected = 3.0 * 0.9 * phase_hg(1.0, g) * tau * (-tau).exp();
         assert_mean(
             &format!("back, g {g}"),
             mean(&image, &variance, 1),

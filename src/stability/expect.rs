@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::scenes::COLOR;
 use super::{Extreme, Limit, half_space};
 use crate::scene::{Shading, TechniqueParams};
-use crate::technique::path_trace::reference::phase_hg;
+use crate::technique::phase_hg;
 
 /// What a technique sets out to compute.
 #[derive(Clone, Copy, Debug, PartialEq)]

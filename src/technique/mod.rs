@@ -4,10 +4,12 @@
 //! [`medium`] is what they share on the device: the volume, the transfer function and the cells that
 //! say where the medium is empty.
 
+mod albedo_volume;
 mod inputs;
 mod lights;
 pub mod medium;
 pub mod path_trace;
+mod phase;
 mod plan;
 pub mod ray_march;
 mod reference_ray;
@@ -18,6 +20,7 @@ mod view;
 
 pub use inputs::{Input, Inputs};
 pub use lights::{LightUniform, MAX_LIGHTS};
+pub use phase::phase_hg;
 pub(crate) use plan::size;
 pub use plan::{Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan};
 pub use renderer::{FrameReport, Progress, RenderError, Renderer};

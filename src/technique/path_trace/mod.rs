@@ -2,7 +2,6 @@
 //!
 //! Papers, symbols, stages and deviations: `README.md` in this folder.
 
-mod colors;
 mod environment;
 mod layout;
 pub mod leaves;

@@ -2,9 +2,10 @@
 
 use glam::{UVec2, UVec3};
 
-use super::{NAME, colors, environment, layout, leaves};
+use super::{NAME, environment, layout, leaves};
 use crate::gpu::{Format, Limits, Specialization, StageLayout};
 use crate::scene::{LatLongMap, Light, PathTraceParams, Scene};
+use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::{MediumPlan, Table};
 use crate::technique::{
     Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, lights, target,
@@ -77,8 +78,7 @@ pub struct PathTracePlan {
     pub leaves: Option<UVec3>,
     /// Texels of the environment map and cells of its table; one each without a map.
     pub maps: (UVec2, UVec2),
-    /// Texels of the albedo volume and their format; one without it.
-    pub colors: (UVec3, Format),
+    pub(super) albedo: AlbedoPlan,
     omitted: Vec<Omission>,
 }
 
@@ -95,7 +95,7 @@ pub fn plan(
     target::check(image, limits)?;
     let (lights, points) = lights::count(scene, NAME)?;
     let map = environment_map(scene, limits)?;
-    let colors = scene.medium.albedo_volume.as_deref();
+    let albedo = AlbedoPlan::new(scene);
     let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
     let spread = limits.worker_threads;
     let pixels = u64::from(image.width) * u64::from(image.height);
@@ -119,7 +119,7 @@ pub fn plan(
         u32::from(straight),
         lights + u32::from(map.is_some()),
         u32::from(map.is_some()),
-        u32::from(colors.is_some()),
+        u32::from(albedo.is_there),
     ];
     let mut omitted = Vec::new();
     let mut omit = |what, left_out: bool, why: &str| {
@@ -147,7 +147,7 @@ pub fn plan(
         "the scene has no directional or point light and no environment map",
     );
     omit("environment map", map.is_none(), none);
-    omit("albedo volume", colors.is_none(), none);
+    omit("albedo volume", !albedo.is_there, none);
     Ok(PathTracePlan {
         medium,
         specialization: CONSTANTS
@@ -160,10 +160,7 @@ pub fn plan(
         rounds: u32::try_from((MAX_EVENTS / pixels).clamp(16, 4096)).unwrap_or(16),
         leaves: (!one_leaf).then(|| leaves::cells_along(dims)),
         maps: environment::extents(map),
-        colors: (
-            colors.map_or(UVec3::ONE, |c| c.dims),
-            colors::format(colors),
-        ),
+        albedo,
         omitted,
     })
 }
@@ -314,9 +311,7 @@ impl PathTracePlan {
             let texels = self.maps.0.extend(1);
             stages.push(stage(stage::UPLOAD_ENVIRONMENT, Input::Light, texels));
         }
-        if self.colors.0 != UVec3::ONE {
-            stages.push(stage(stage::UPLOAD_ALBEDO, Input::Volume, self.colors.0));
-        }
+        stages.extend(self.albedo.stage(stage::UPLOAD_ALBEDO));
         stages
     }
 
@@ -332,13 +327,11 @@ impl PathTracePlan {
         };
         let float = Format::R32G32B32A32_SFLOAT;
         let (map, table) = (self.maps.0.extend(1), self.maps.1.extend(1));
-        let (colors, format) = self.colors;
-        let bytes = colors::texel_bytes(format);
         let smaller = "scale the picture down";
         [
             resource("environment_map", map, float, 16, smaller),
             resource("environment_alias", table, float, 16, smaller),
-            resource("albedo_volume", colors, format, bytes, "store it in 8 bits"),
+            self.albedo.resource(),
         ]
     }
 }

@@ -5,13 +5,14 @@
 //!
 //! It shares no table, no bounds, no random numbers and no estimator of transmittance with the shader.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::scene::{Falloff, Light, PathTraceParams, Scene, world_from_map};
 use crate::technique::lights::environment;
+use crate::technique::phase_hg;
 use crate::technique::reference_ray::{camera_ray, interval};
 
 /// Sums over the samples of a pixel.
@@ -65,12 +66,6 @@ pub fn sample_hg(u: f64, g: f64) -> f64 {
     }
     let s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u);
     (1.0 + g * g - s * s) / (2.0 * g)
-}
-
-/// The Henyey-Greenstein phase function, per steradian.
-#[must_use]
-pub fn phase_hg(cos_theta: f64, g: f64) -> f64 {
-    (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos_theta).powf(1.5))
 }
 
 struct Tracer<'a> {

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
-use super::colors::Colors;
 use super::environment::{Environment, Maps};
 use super::plan::WALKER_LAYERS;
 use super::{PathTracePlan, TraceUniform, leaves, stage};
@@ -13,6 +12,7 @@ use crate::gpu::{
     ImageDesc, ImageType, ImageUsageFlags, Resource, StageTime, download_image, upload_image,
 };
 use crate::scene::Scene;
+use crate::technique::albedo_volume::AlbedoImage;
 use crate::technique::medium::{Medium, sampler};
 use crate::technique::target::{Target, write};
 use crate::technique::{Input, Inputs};
@@ -26,7 +26,7 @@ pub struct PathTrace {
     pub(super) radiance: Arc<Image>,
     pub(super) buffers: Buffers,
     maps: Maps,
-    colors: Colors,
+    albedo: AlbedoImage,
     leaves: Arc<Image>,
     // Whether `leaves` holds anything yet.
     filled: bool,
@@ -57,7 +57,7 @@ impl PathTrace {
         old: Option<Self>,
     ) -> Result<Self, GpuError> {
         let (mut pipeline, mut buffers, mut leaves) = (None, None, None);
-        let (mut maps, mut colors) = (None, None);
+        let (mut maps, mut albedo) = (None, None);
         let (mut filled, mut samples) = (false, 0);
         if let Some(old) = old {
             pipeline = (old.plan.specialization == plan.specialization
@@ -65,7 +65,7 @@ impl PathTrace {
                 .then_some(old.pipeline);
             buffers = (old.plan.image == plan.image).then_some(old.buffers);
             samples = old.samples;
-            (maps, colors) = (Some(old.maps), Some(old.colors));
+            (maps, albedo) = (Some(old.maps), Some(old.albedo));
             filled = old.filled && old.plan.leaves == plan.leaves;
             leaves = (old.plan.leaves == plan.leaves).then_some(old.leaves);
         }
@@ -76,7 +76,7 @@ impl PathTrace {
         let buffers = buffers.map_or_else(|| Buffers::new(device, plan.image), Ok)?;
         let leaves = leaves.map_or_else(|| leaves_image(device, plan), Ok)?;
         let maps = Maps::new(device, plan.maps, maps)?;
-        let colors = Colors::new(device, plan.colors, colors)?;
+        let albedo = AlbedoImage::new(device, plan.albedo, albedo)?;
         let nearest = sampler(device, "nearest", Filter::NEAREST)?;
         let linear = sampler(device, "linear", Filter::LINEAR)?;
         let binding = pipeline.bind(vec![
@@ -90,7 +90,7 @@ impl PathTrace {
             Resource::Storage(buffers.moments.clone()),
             Resource::Storage(buffers.walkers.clone()),
             Resource::Storage(buffers.counters.clone()),
-            Resource::Sampled(colors.image.clone(), linear),
+            albedo.resource(linear),
             Resource::Sampled(maps.map.clone(), nearest.clone()),
             Resource::Sampled(maps.alias.clone(), nearest),
         ])?;
@@ -101,7 +101,7 @@ impl PathTrace {
             radiance: target.radiance.clone(),
             buffers,
             maps,
-            colors,
+            albedo,
             leaves,
             filled,
             samples,
@@ -153,8 +153,7 @@ impl PathTrace {
         let mut times = self.upload_leaves(device, scene, medium, changed)?;
         let map = Environment::of(scene).map(|e| e.map);
         times.extend(self.maps.upload(device, map)?);
-        let colors = scene.medium.albedo_volume.as_ref();
-        times.extend(self.colors.upload(device, colors)?);
+        times.extend(self.albedo.upload(device, scene, stage::UPLOAD_ALBEDO)?);
         Ok(times)
     }
 
