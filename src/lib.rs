@@ -7,6 +7,7 @@
 //! | technique | paper | stages | folder |
 //! |---|---|---|---|
 //! | `ray_march` | Max 1995; Levoy 1988 | `march`, `read_back` | `technique/ray_march` |
+//! | `single_scatter` | Max 1995 | `light_cache`, `march`, `read_back` | `technique/single_scatter` |
 //! | `path_trace` | Woodcock 1965; Novák 2014 | `upload_leaves`, `trace`, `read_back` | `technique/path_trace` |
 //! | (shared by all) | | `upload_volume`, `upload_table`, `cell_min_max`, `cell_occupancy`, `cell_distance` | `technique/medium` |
 //!

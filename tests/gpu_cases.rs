@@ -1,4 +1,4 @@
-//! `path_trace` beside Mitsuba 3: `tests/cases/README.md` says where the images come from.
+//! `path_trace` and `single_scatter` beside Mitsuba 3: `tests/cases/README.md` says where the images come from.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -6,13 +6,13 @@ mod estimates;
 
 use std::path::PathBuf;
 
-use common::device;
+use common::{device, render};
 use estimates::{estimate, traced};
 use tyndall::gpu::Device;
 use tyndall::output::metrics::probability_among;
 use tyndall::output::{Image, exr};
-use tyndall::scene::Scene;
 use tyndall::scene::file::SceneFile;
+use tyndall::scene::{LightCache, Scene, SingleScatterParams, TechniqueParams};
 
 const CASES: [&str; 5] = [
     "c01_homog_side",
@@ -173,6 +173,38 @@ fn images_agree_with_those_of_mitsuba() {
         }
     }
     assert!(apart.is_empty(), "{apart:?}");
+}
+
+/// Sum of all channels, and its standard error where there is one.
+fn sum((image, variance): &Estimate) -> (f64, f64) {
+    let sum = |p: &[f32]| p[..3].iter().copied().map(f64::from).sum::<f64>();
+    let squares: f64 = variance.iter().map(|v| sum(v)).sum();
+    (image.pixels.iter().map(|p| sum(p)).sum(), squares.sqrt())
+}
+
+#[test]
+fn single_scatter_is_within_two_percent_at_default_settings() {
+    let device = device();
+    println!("| case | half (default) | full | none | standard error |");
+    println!("|---|---|---|---|---|");
+    for case in CASES {
+        let expected = sum(&reference(case, Some(1)));
+        let bias = |cache| {
+            let mut s = scene(case);
+            s.technique = TechniqueParams::SingleScatter(SingleScatterParams {
+                cache,
+                ..SingleScatterParams::default()
+            });
+            // The reference averages over pixels.
+            s.image.samples_per_axis = 4;
+            let found = sum(&(render(&device, &s), Vec::new()));
+            100.0 * (found.0 / expected.0 - 1.0)
+        };
+        let [half, full, none] = [LightCache::Half, LightCache::Full, LightCache::None].map(bias);
+        let error = 100.0 * expected.1 / expected.0;
+        println!("| {case} | {half:.2} % | {full:.2} % | {none:.2} % | {error:.2} % |");
+        assert!(half.abs() < 2.0, "{case}: {half} %");
+    }
 }
 
 #[test]

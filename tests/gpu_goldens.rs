@@ -50,6 +50,38 @@ const PATH_TRACE: [Case; 2] = [
     ),
 ];
 
+const SINGLE_SCATTER: [Case; 3] = [
+    (
+        "cloud",
+        "cloud",
+        &[
+            "technique.name=single_scatter",
+            "volume.procedural.resolution=48",
+        ],
+    ),
+    (
+        "mechanical_part",
+        "mechanical_part",
+        &[
+            "technique.name=single_scatter",
+            "volume.procedural.resolution=64",
+            "image.exposure=1.5",
+        ],
+    ),
+    (
+        "mechanical_part_uncached",
+        "mechanical_part",
+        &[
+            "technique.name=single_scatter",
+            "technique.single_scatter.cache=none",
+            "volume.procedural.resolution=48",
+            "lights=[{point={position=[1.2,-1.5,1.4],intensity=80}}]",
+            "image.width=48",
+            "image.height=36",
+        ],
+    ),
+];
+
 const RAY_MARCH: [Case; 7] = [
     ("supernova", "default", &["volume.procedural.resolution=48"]),
     (
@@ -140,6 +172,11 @@ fn golden(technique: &str, name: &str) -> PathBuf {
 #[test]
 fn ray_march_images_are_the_blessed_ones() {
     assert_blessed("ray_march", &RAY_MARCH);
+}
+
+#[test]
+fn single_scatter_images_are_the_blessed_ones() {
+    assert_blessed("single_scatter", &SINGLE_SCATTER);
 }
 
 #[test]

@@ -6,10 +6,11 @@ use std::mem::offset_of;
 use spirq::prelude::*;
 use spirq::ty::DescriptorType;
 use tyndall::gpu::shader::{self, Shader};
-use tyndall::gpu::{BindingKind, StageLayout};
+use tyndall::gpu::{BindingKind, Specialization, StageLayout};
 use tyndall::technique::medium::{self, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
+use tyndall::technique::single_scatter::{self, CacheLightPush, ScatterMarchPush, ScatterUniform};
 use tyndall::technique::{LightUniform, ViewUniform};
 
 fn reflect(shader: &Shader) -> EntryPoint {
@@ -22,7 +23,13 @@ fn reflect(shader: &Shader) -> EntryPoint {
 }
 
 fn layouts() -> Vec<StageLayout> {
-    [medium::LAYOUTS, path_trace::LAYOUTS, ray_march::LAYOUTS].concat()
+    [
+        medium::LAYOUTS,
+        path_trace::LAYOUTS,
+        ray_march::LAYOUTS,
+        single_scatter::LAYOUTS,
+    ]
+    .concat()
 }
 
 /// Offsets of a block's members in declaration order, and its size.
@@ -53,6 +60,10 @@ fn blocks_have_the_offsets_of_their_rust_structs() {
     }
     for trace in path_trace::LAYOUTS.iter().map(|l| &l.shader) {
         trace_blocks(trace);
+    }
+    let (caches, marches) = single_scatter::LAYOUTS.split_at(4);
+    for (cache, march) in caches.iter().zip(marches) {
+        scatter_blocks(&cache.shader, &march.shader);
     }
     let push = vec![
         offset_of!(OccupancyPush, table_min),
@@ -129,6 +140,36 @@ fn trace_blocks(trace: &Shader) {
     assert_eq!(block(trace, None), (push, size_of::<TracePush>()));
 }
 
+fn scatter_blocks(cache: &Shader, march: &Shader) {
+    let uniform = vec![
+        offset_of!(ScatterUniform, table),
+        offset_of!(ScatterUniform, dims),
+        offset_of!(ScatterUniform, cell_scale),
+        offset_of!(ScatterUniform, node_first),
+        offset_of!(ScatterUniform, node_spacing),
+        offset_of!(ScatterUniform, node_last),
+        offset_of!(ScatterUniform, world_from_grid),
+        offset_of!(ScatterUniform, lights),
+    ];
+    let uniform = (uniform, size_of::<ScatterUniform>());
+    assert_eq!(block(cache, Some(1)), uniform);
+    assert_eq!(block(march, Some(1)), uniform);
+    let push = vec![
+        offset_of!(CacheLightPush, light),
+        offset_of!(CacheLightPush, first_slice),
+        offset_of!(CacheLightPush, slice_count),
+    ];
+    assert_eq!(block(cache, None), (push, size_of::<CacheLightPush>()));
+    let push = vec![
+        offset_of!(ScatterMarchPush, first_tile),
+        offset_of!(ScatterMarchPush, tile_count),
+        offset_of!(ScatterMarchPush, sub_sample),
+        offset_of!(ScatterMarchPush, first_sample),
+        offset_of!(ScatterMarchPush, end_sample),
+    ];
+    assert_eq!(block(march, None), (push, size_of::<ScatterMarchPush>()));
+}
+
 #[test]
 fn every_binding_is_of_the_declared_kind() {
     for layout in layouts() {
@@ -188,6 +229,15 @@ fn every_shader_has_a_layout_and_fits_the_smallest_limits() {
     }
 }
 
+fn scatter_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
+    let constants = |i| match i {
+        0..4 => single_scatter::CACHE_CONSTANTS.to_vec(),
+        _ => single_scatter::MARCH_CONSTANTS.to_vec(),
+    };
+    let layouts = single_scatter::LAYOUTS.iter().enumerate();
+    layouts.map(move |(i, layout)| (layout.shader, constants(i)))
+}
+
 #[test]
 fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     let constants = |shader: &Shader| -> Vec<(u32, String)> {
@@ -226,7 +276,10 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         (shader::RAY_MARCH_MARCH_R8, ray_march::CONSTANTS.to_vec()),
         (shader::RAY_MARCH_MARCH_R16, ray_march::CONSTANTS.to_vec()),
         (shader::RAY_MARCH_MARCH_R32F, ray_march::CONSTANTS.to_vec()),
-    ] {
+    ]
+    .into_iter()
+    .chain(scatter_constants())
+    {
         let given: Vec<_> = given.iter().map(|c| (c.id, c.name.to_owned())).collect();
         assert_eq!(constants(&shader), given, "{}", shader.name);
     }

@@ -25,7 +25,10 @@ fn folders(path: &Path) -> Vec<String> {
 
 /// Every stage that has a name anywhere in the program.
 fn stages() -> Vec<&'static str> {
-    use technique::{medium::stage as m, path_trace::stage as p, ray_march::stage as r};
+    use technique::{
+        medium::stage as m, path_trace::stage as p, ray_march::stage as r,
+        single_scatter::stage as s,
+    };
     vec![
         m::UPLOAD_VOLUME,
         m::UPLOAD_MASK,
@@ -44,6 +47,16 @@ fn stages() -> Vec<&'static str> {
         p::TRACE_R32F,
         p::UPLOAD_LEAVES,
         p::READ_BACK,
+        s::LIGHT_CACHE,
+        s::LIGHT_CACHE_R8,
+        s::LIGHT_CACHE_R16,
+        s::LIGHT_CACHE_R32F,
+        s::MARCH,
+        s::MARCH_R8,
+        s::MARCH_R16,
+        s::MARCH_R32F,
+        s::UPLOAD_ALBEDO,
+        s::READ_BACK,
     ]
 }
 

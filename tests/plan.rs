@@ -3,15 +3,18 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::{constant, cube, points, scene, volume, with};
 use glam::{DVec3, UVec3, Vec3};
 use tyndall::gpu::{Format, Limits};
 use tyndall::scene::transfer_function::Quantity;
 use tyndall::scene::{
-    Light, PathTraceParams, Plane, Scene, Shading, TechniqueParams, TransferFunction,
+    Light, LightCache, PathTraceParams, Plane, Scene, Shading, SingleScatterParams,
+    TechniqueParams, TransferFunction,
 };
 use tyndall::technique::path_trace::leaves;
-use tyndall::technique::{Input, Plan, ResourceKind, medium, plan};
+use tyndall::technique::{Input, Plan, PlanError, ResourceKind, medium, plan};
 use tyndall::volume::{Grid, ScalarType};
 
 /// A modest desktop GPU.
@@ -415,4 +418,88 @@ fn leaves_bound_every_sample() {
         checked += u32::from(sigma_t > 0.0);
     }
     assert!(checked > 1000, "{checked}");
+}
+
+fn scattered(mut scene: Scene, cache: LightCache) -> Result<Plan, PlanError> {
+    scene.technique = TechniqueParams::SingleScatter(SingleScatterParams {
+        cache,
+        ..SingleScatterParams::default()
+    });
+    plan(&scene, &LIMITS)
+}
+
+fn directional(count: usize) -> Vec<Light> {
+    let light = |i| Light::Directional {
+        direction: DVec3::new(1.0, i as f64, 2.0),
+        irradiance: Vec3::ONE,
+    };
+    (0..count).map(light).collect()
+}
+
+fn extent_of(p: &Plan, name: &str) -> Option<UVec3> {
+    let resource = p.resources.iter().find(|r| r.name == name);
+    resource.map(|r| r.extent)
+}
+
+#[test]
+fn single_scatter_keeps_depths_for_every_light_and_none_without() {
+    let mut s = sparse();
+    s.volume = Arc::new(volume(cube(200), ScalarType::U8, |i| f64::from(i.x)));
+    s.lights = directional(3);
+    let extent = |cache| extent_of(&scattered(s.clone(), cache).unwrap(), "light_depth");
+    let full = UVec3::new(201, 201, 3 * 201);
+    assert_eq!(extent(LightCache::Full), Some(full));
+    let half = UVec3::new(101, 101, 3 * 101);
+    assert_eq!(extent(LightCache::Half), Some(half));
+    assert_eq!(extent(LightCache::None), None);
+    s.clip.bounds = Some((DVec3::new(-100.0, -100.0, 0.0), DVec3::splat(100.0)));
+    let kept = extent_of(
+        &scattered(s.clone(), LightCache::Half).unwrap(),
+        "light_depth",
+    );
+    assert_eq!(kept, Some(UVec3::new(101, 101, 3 * 51)), "half is clipped");
+    s.lights = vec![Light::Environment {
+        radiance: Vec3::ONE,
+    }];
+    let dark = scattered(s, LightCache::Half).unwrap();
+    assert!(!has(&dark, "light_depth") && left_out(&dark, "light_depth").is_some());
+    assert!(left_out(&dark, "environment lights").is_some());
+    let caches = |s: &tyndall::technique::StagePlan| s.name.contains("light_cache");
+    assert!(!dark.stages.iter().any(caches));
+}
+
+#[test]
+fn single_scatter_says_what_helps_where_depths_do_not_fit() {
+    let mut s = sparse();
+    s.volume = Arc::new(volume(cube(128), ScalarType::U8, |i| f64::from(i.x)));
+    s.lights = directional(32);
+    let message = scattered(s.clone(), LightCache::Full)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("light_depth: 129 x 129 x 4128 nodes for 32 lights")
+            && message.contains("cache = \"half\" or \"none\""),
+        "{message}"
+    );
+    // Fits the image, not the memory.
+    s.lights = directional(15);
+    let limits = Limits {
+        max_allocation: 100 << 20,
+        ..LIMITS
+    };
+    let message = scattered(s.clone(), LightCache::Full)
+        .unwrap()
+        .check(&limits)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("cache = \"half\" or \"none\""),
+        "{message}"
+    );
+    assert!(
+        scattered(s, LightCache::Half)
+            .unwrap()
+            .check(&limits)
+            .is_ok()
+    );
 }

@@ -17,6 +17,7 @@ layout(constant_id = 9) const int BLOCK = 4;
 #include "shared/intersect.glsl"
 #include "shared/lights.glsl"
 #include "shared/transmittance.glsl"
+#include "shared/empty_space.glsl"
 
 const float INV_PI = 0.318309886;
 
@@ -90,40 +91,6 @@ vec3 shade(float weight, vec3 color, vec3 gradient, vec3 x, vec3 w_o) {
         radiance += irradiance * INV_PI * reflected;
     }
     return radiance;
-}
-
-// A ray in cells: where its first sample lies and how it crosses them.
-struct CellRay {
-    vec3 first;
-    vec3 per_step;
-    vec3 steps_per_cell; // signed; huge along axes it does not cross
-    vec3 ahead;          // 1 where cells rise along the ray, else 0
-    vec3 last;           // largest valid coordinate
-};
-
-CellRay cell_ray(vec3 p_first, vec3 dp) {
-    CellRay ray;
-    ray.first = p_first * march.cell_scale.xyz;
-    ray.per_step = dp * march.cell_scale.xyz;
-    // No cell is crossed in less than 1e-6 of a step or more than 1e6 steps.
-    vec3 crossing = max(abs(ray.per_step), 1e-6);
-    ray.ahead = step(vec3(0.0), ray.per_step);
-    ray.steps_per_cell = mix(-1.0 / crossing, 1.0 / crossing, ray.ahead);
-    ray.last = vec3(cells_along()) - 0.5;
-    return ray;
-}
-
-// Steps from sample i that stay inside empty cells (at least 1), 0 in an occupied cell.
-int empty_steps(CellRay ray, float i) {
-    vec3 at = clamp(ray.first + i * ray.per_step, vec3(0.0), last_voxel);
-    ivec3 cell = ivec3(at);
-    float reach = float(distance_at(cell));
-    // All cells closer than `reach` are empty: leave their cube. Per axis its face lies
-    // reach - 1 cells beyond the near face of this one.
-    vec3 to_face = (ray.ahead - (at - vec3(cell))) * ray.steps_per_cell;
-    vec3 steps = to_face + (reach - 1.0) * abs(ray.steps_per_cell);
-    float nearest = min(min(steps.x, steps.y), min(steps.z, 1e6));
-    return reach == 0.0 ? 0 : max(1, int(ceil(nearest)));
 }
 
 // A ray in voxels: where its first sample lies, and the step to the next.
@@ -202,7 +169,7 @@ vec4 march_ray(Ray ray, vec2 t) {
     vec3 dp = texture_direction(ray.direction) * dt;
     vec3 x_first = ray.origin + (t.x + 0.5 * dt) * ray.direction;
     vec3 p_first = texture_point(x_first);
-    CellRay cells = cell_ray(p_first, dp);
+    CellRay cells = cell_ray(p_first, dp, march.cell_scale.xyz);
     vec3 dims = last_voxel + 1.0;
     GridRay grid = GridRay(p_first * dims - 0.5, dp * dims);
     Path path = Path(vec3(0.0), 0.0, 1.0);
@@ -212,7 +179,7 @@ vec4 march_ray(Ray ray, vec2 t) {
             // Neighbouring rays skip together, so that they also sample together.
             int skipped;
             do {
-                skipped = empty_steps(cells, float(i));
+                skipped = empty_steps(cells, float(i), last_voxel);
                 i += skipped;
             } while (skipped > 0 && i < count);
             if (i >= count) break;

@@ -48,6 +48,22 @@ shaders! {
     RAY_MARCH_MARCH_R16 = "ray_march" / "march_r16";
     /// The same, the volume read by loads of float texels.
     RAY_MARCH_MARCH_R32F = "ray_march" / "march_r32f";
+    /// The optical depth from every node of a grid to a light.
+    SINGLE_SCATTER_LIGHT_CACHE = "single_scatter" / "light_cache";
+    /// The same, the volume read by loads of 8-bit texels.
+    SINGLE_SCATTER_LIGHT_CACHE_R8 = "single_scatter" / "light_cache_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    SINGLE_SCATTER_LIGHT_CACHE_R16 = "single_scatter" / "light_cache_r16";
+    /// The same, the volume read by loads of float texels.
+    SINGLE_SCATTER_LIGHT_CACHE_R32F = "single_scatter" / "light_cache_r32f";
+    /// The singly scattered radiance of every pixel.
+    SINGLE_SCATTER_MARCH = "single_scatter" / "march";
+    /// The same, the volume read by loads of 8-bit texels.
+    SINGLE_SCATTER_MARCH_R8 = "single_scatter" / "march_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    SINGLE_SCATTER_MARCH_R16 = "single_scatter" / "march_r16";
+    /// The same, the volume read by loads of float texels.
+    SINGLE_SCATTER_MARCH_R32F = "single_scatter" / "march_r32f";
 }
 
 const MAGIC: u32 = 0x0723_0203;

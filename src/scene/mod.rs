@@ -18,7 +18,8 @@ pub use lat_long_map::{LatLongMap, LatLongMapError};
 pub use light::{Falloff, Light, world_from_map};
 pub use medium::Medium;
 pub use settings::{
-    Exposure, ImageSettings, PathTraceParams, RayMarchParams, Shading, TechniqueParams, ToneMap,
+    Exposure, ImageSettings, LightCache, PathTraceParams, RayMarchParams, Shading,
+    SingleScatterParams, TechniqueParams, ToneMap,
 };
 pub use transfer_function::{ControlPoint, TransferFunction};
 

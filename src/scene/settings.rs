@@ -161,6 +161,48 @@ impl Default for PathTraceParams {
     }
 }
 
+/// How densely the depths to the lights are kept.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum LightCache {
+    /// A node a voxel.
+    Full,
+    /// A node every two voxels.
+    #[default]
+    Half,
+    /// None: a shadow ray for every sample.
+    None,
+}
+
+/// Parameters of `single_scatter`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SingleScatterParams {
+    /// Largest distance between samples, in voxels (of the smallest spacing), in [1/64, 64].
+    pub step: f64,
+    /// The same along shadow rays.
+    pub shadow_step: f64,
+    /// How densely the depths to the lights are kept.
+    pub cache: LightCache,
+    /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off.
+    pub early_termination: f64,
+    /// Skip cells that the transfer function makes empty.
+    pub empty_space_skipping: bool,
+}
+
+impl Default for SingleScatterParams {
+    fn default() -> Self {
+        Self {
+            step: 0.5,
+            shadow_step: 1.0,
+            cache: LightCache::Half,
+            early_termination: 0.999,
+            empty_space_skipping: true,
+        }
+    }
+}
+
 /// The technique and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TechniqueParams {
@@ -168,6 +210,8 @@ pub enum TechniqueParams {
     RayMarch(RayMarchParams),
     /// The unbiased reference: multiple scattering.
     PathTrace(PathTraceParams),
+    /// Single scattering with shadows.
+    SingleScatter(SingleScatterParams),
 }
 
 impl TechniqueParams {
@@ -177,6 +221,7 @@ impl TechniqueParams {
         match self {
             Self::RayMarch(_) => "ray_march",
             Self::PathTrace(_) => "path_trace",
+            Self::SingleScatter(_) => "single_scatter",
         }
     }
 
@@ -185,7 +230,7 @@ impl TechniqueParams {
     pub const fn uses_lights(&self) -> bool {
         match self {
             Self::RayMarch(p) => p.shading.is_some(),
-            Self::PathTrace(_) => true,
+            Self::PathTrace(_) | Self::SingleScatter(_) => true,
         }
     }
 }

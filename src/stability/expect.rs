@@ -27,6 +27,7 @@ pub const fn model(technique: &TechniqueParams) -> Model {
             Some(1) => Model::SingleScattering,
             _ => Model::MultipleScattering,
         },
+        TechniqueParams::SingleScatter(_) => Model::SingleScattering,
     }
 }
 

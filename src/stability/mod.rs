@@ -16,7 +16,9 @@ pub use expect::{Model, model};
 use serde::Serialize;
 
 use crate::gpu::Device;
-use crate::scene::{PathTraceParams, RayMarchParams, Scene, TechniqueParams};
+use crate::scene::{
+    LightCache, PathTraceParams, RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
+};
 use crate::technique::{RenderError, Renderer};
 
 /// A scene at an extreme.
@@ -100,6 +102,13 @@ pub fn subjects() -> Vec<Subject> {
         early_termination: 1.0,
         ..RayMarchParams::default()
     };
+    let scatter = |cache| {
+        TechniqueParams::SingleScatter(SingleScatterParams {
+            early_termination: 1.0,
+            cache,
+            ..SingleScatterParams::default()
+        })
+    };
     let trace = PathTraceParams {
         samples: 64,
         seed: 1,
@@ -115,6 +124,8 @@ pub fn subjects() -> Vec<Subject> {
             }),
         ),
         subject("ray_march, shaded", TechniqueParams::RayMarch(march)),
+        subject("single_scatter", scatter(LightCache::Half)),
+        subject("single_scatter, uncached", scatter(LightCache::None)),
         subject(
             "path_trace, once",
             TechniqueParams::PathTrace(PathTraceParams {
@@ -172,8 +183,12 @@ pub fn examine(
 
 /// The parameters with the extreme's step, where the technique has one.
 fn with_step(mut params: TechniqueParams, step: Option<f64>) -> TechniqueParams {
-    if let (TechniqueParams::RayMarch(p), Some(step)) = (&mut params, step) {
-        p.step = step;
+    if let Some(step) = step {
+        match &mut params {
+            TechniqueParams::RayMarch(p) => p.step = step,
+            TechniqueParams::SingleScatter(p) => (p.step, p.shadow_step) = (step, step),
+            TechniqueParams::PathTrace(_) => {}
+        }
     }
     params
 }

@@ -14,6 +14,7 @@ mod plan;
 pub mod ray_march;
 mod reference_ray;
 mod renderer;
+pub mod single_scatter;
 mod target;
 mod techniques;
 mod view;

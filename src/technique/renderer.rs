@@ -178,7 +178,13 @@ impl Renderer {
             medium::record_occupancy(&mut recorder, &medium);
             stages.extend(recorder.submit()?);
         }
-        stages.extend(technique.upload(&self.device, &self.scene, &medium, self.dirty)?);
+        stages.extend(technique.upload(
+            &self.device,
+            &self.scene,
+            &medium,
+            self.dirty,
+            &mut |done, total| progress("lighting", done, total),
+        )?);
         let state = State {
             medium,
             target,

@@ -4,13 +4,14 @@
 use super::medium::{Medium, MediumPlan};
 use super::path_trace::{self, PathTrace, PathTracePlan};
 use super::ray_march::{self, RayMarch, RayMarchPlan};
+use super::single_scatter::{self, SingleScatter, SingleScatterPlan};
 use super::target::Target;
 use super::{Inputs, Plan, PlanError};
 use crate::gpu::{Device, GpuError, Limits, StageTime};
-use crate::scene::{PathTraceParams, RayMarchParams, Scene, TechniqueParams};
+use crate::scene::{PathTraceParams, RayMarchParams, Scene, SingleScatterParams, TechniqueParams};
 
 /// Names of all techniques, as in scene files and on the command line.
-pub const NAMES: &[&str] = &[ray_march::NAME, path_trace::NAME];
+pub const NAMES: &[&str] = &[ray_march::NAME, single_scatter::NAME, path_trace::NAME];
 
 /// What a technique is going to do for a scene: pure data.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,8 @@ pub enum TechniquePlan {
     RayMarch(RayMarchPlan, RayMarchParams),
     /// The unbiased reference.
     PathTrace(PathTracePlan, PathTraceParams),
+    /// Single scattering with shadows.
+    SingleScatter(SingleScatterPlan, SingleScatterParams),
 }
 
 /// A technique on the device.
@@ -27,6 +30,8 @@ pub enum Technique {
     RayMarch(Box<RayMarch>, RayMarchParams),
     /// The unbiased reference.
     PathTrace(Box<PathTrace>, PathTraceParams),
+    /// Single scattering with shadows.
+    SingleScatter(Box<SingleScatter>, SingleScatterParams),
 }
 
 impl TechniquePlan {
@@ -42,6 +47,8 @@ impl TechniquePlan {
             TechniqueParams::PathTrace(params) => {
                 path_trace::plan(scene, params, limits).map(|plan| Self::PathTrace(plan, *params))
             }
+            TechniqueParams::SingleScatter(params) => single_scatter::plan(scene, params, limits)
+                .map(|plan| Self::SingleScatter(plan, *params)),
         }
     }
 
@@ -51,6 +58,7 @@ impl TechniquePlan {
         match self {
             Self::RayMarch(plan, _) => plan.summary(scene),
             Self::PathTrace(plan, _) => plan.summary(scene),
+            Self::SingleScatter(plan, _) => plan.summary(scene),
         }
     }
 
@@ -60,6 +68,7 @@ impl TechniquePlan {
         match self {
             Self::RayMarch(plan, _) => &plan.medium,
             Self::PathTrace(plan, _) => &plan.medium,
+            Self::SingleScatter(plan, _) => &plan.medium,
         }
     }
 
@@ -69,6 +78,7 @@ impl TechniquePlan {
         match self {
             Self::RayMarch(plan, _) => plan.march().shader.name,
             Self::PathTrace(plan, _) => plan.trace().shader.name,
+            Self::SingleScatter(plan, _) => plan.march().shader.name,
         }
     }
 
@@ -78,6 +88,7 @@ impl TechniquePlan {
         match self {
             Self::RayMarch(..) => ray_march::stage::READ_BACK,
             Self::PathTrace(..) => path_trace::stage::READ_BACK,
+            Self::SingleScatter(..) => single_scatter::stage::READ_BACK,
         }
     }
 
@@ -109,6 +120,14 @@ impl TechniquePlan {
                 PathTrace::new(device, plan, medium, target, old)
                     .map(|technique| Technique::PathTrace(Box::new(technique), *params))
             }
+            Self::SingleScatter(plan, params) => {
+                let old = match old {
+                    Some(Technique::SingleScatter(old, _)) => Some(*old),
+                    _ => None,
+                };
+                SingleScatter::new(device, plan, medium, target, old)
+                    .map(|technique| Technique::SingleScatter(Box::new(technique), *params))
+            }
         }
     }
 }
@@ -119,24 +138,35 @@ impl Technique {
         match self {
             Self::RayMarch(technique, params) => technique.write_uniforms(scene, params, medium),
             Self::PathTrace(technique, _) => technique.write_uniforms(scene, medium),
+            Self::SingleScatter(technique, params) => {
+                technique.write_uniforms(scene, params, medium);
+            }
         }
     }
 
     /// Brings what the technique keeps on the device up to date; `changed` says what differs from the
-    /// last frame.
+    /// last frame; `progress(done, total)` counts pieces of work.
     ///
     /// # Errors
-    /// The driver's refusal or no memory for staging.
+    /// The driver's refusal, no memory for staging, or a validation message.
     pub fn upload(
         &mut self,
         device: &Device,
         scene: &Scene,
         medium: &Medium,
         changed: Inputs,
+        progress: &mut dyn FnMut(u64, u64),
     ) -> Result<Vec<StageTime>, GpuError> {
         match self {
             Self::RayMarch(..) => Ok(Vec::new()),
             Self::PathTrace(technique, _) => technique.upload(device, scene, medium, changed),
+            Self::SingleScatter(technique, _) => {
+                let mut times = technique.upload_albedo(device, scene)?;
+                times.extend(single_scatter::record_light_cache(
+                    device, technique, changed, progress,
+                )?);
+                Ok(times)
+            }
         }
     }
 
@@ -147,7 +177,7 @@ impl Technique {
     /// The driver's refusal or no memory.
     pub fn variance(&self, device: &Device) -> Result<Option<Vec<[f32; 3]>>, GpuError> {
         match self {
-            Self::RayMarch(..) => Ok(None),
+            Self::RayMarch(..) | Self::SingleScatter(..) => Ok(None),
             Self::PathTrace(technique, _) if technique.samples < 2 => Ok(None),
             Self::PathTrace(technique, _) => technique.variance(device).map(Some),
         }
@@ -157,7 +187,7 @@ impl Technique {
     #[must_use]
     pub const fn samples(&self) -> Option<u32> {
         match self {
-            Self::RayMarch(..) => None,
+            Self::RayMarch(..) | Self::SingleScatter(..) => None,
             Self::PathTrace(technique, _) => Some(technique.samples),
         }
     }
@@ -175,6 +205,9 @@ impl Technique {
             Self::RayMarch(technique, _) => ray_march::record_march(device, technique, progress),
             Self::PathTrace(technique, params) => {
                 path_trace::record_trace(device, technique, params, progress)
+            }
+            Self::SingleScatter(technique, _) => {
+                single_scatter::record_march(device, technique, progress)
             }
         }
     }

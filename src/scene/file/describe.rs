@@ -138,5 +138,15 @@ fn technique(technique: &TechniqueParams) -> Value {
                 "seed": p.seed,
             }
         }),
+        TechniqueParams::SingleScatter(p) => json!({
+            "name": "single_scatter",
+            "single_scatter": {
+                "step": p.step,
+                "shadow_step": p.shadow_step,
+                "cache": p.cache,
+                "early_termination": p.early_termination,
+                "empty_space_skipping": p.empty_space_skipping,
+            }
+        }),
     }
 }

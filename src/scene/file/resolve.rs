@@ -15,8 +15,8 @@ use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Quantity, automatic, read_file};
 use crate::scene::{
     Camera, Clip, ControlPoint, Exposure, ImageSettings, LatLongMap, Light, Medium,
-    PathTraceParams, Plane, Projection, RayMarchParams, Scene, Shading, TechniqueParams,
-    TransferFunction, linear_from_srgb,
+    PathTraceParams, Plane, Projection, RayMarchParams, Scene, Shading, SingleScatterParams,
+    TechniqueParams, TransferFunction, linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
 use crate::volume::{self, ColorVolume, RawLayout, ReadOptions, Statistics, Volume};
@@ -246,6 +246,21 @@ impl SceneFile {
         match self.spec.technique.name {
             None | Some(TechniqueName::RayMarch) => TechniqueParams::RayMarch(self.ray_march()),
             Some(TechniqueName::PathTrace) => TechniqueParams::PathTrace(self.path_trace()),
+            Some(TechniqueName::SingleScatter) => {
+                TechniqueParams::SingleScatter(self.single_scatter())
+            }
+        }
+    }
+
+    fn single_scatter(&self) -> SingleScatterParams {
+        let s = &self.spec.technique.single_scatter;
+        let d = SingleScatterParams::default();
+        SingleScatterParams {
+            step: s.step.unwrap_or(d.step),
+            shadow_step: s.shadow_step.unwrap_or(d.shadow_step),
+            cache: s.cache.unwrap_or(d.cache),
+            early_termination: s.early_termination.unwrap_or(d.early_termination),
+            empty_space_skipping: s.empty_space_skipping.unwrap_or(d.empty_space_skipping),
         }
     }
 

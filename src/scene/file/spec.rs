@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::Rgb;
 use crate::scene::transfer_function::Preset;
-use crate::scene::{Falloff, ToneMap};
+use crate::scene::{Falloff, LightCache, ToneMap};
 use crate::volume::ScalarType;
 use crate::volume::procedural::Procedural;
 
@@ -307,6 +307,8 @@ pub struct TechniqueSpec {
     pub ray_march: RayMarchSpec,
     /// Parameters of `path_trace`.
     pub path_trace: PathTraceSpec,
+    /// Parameters of `single_scatter`.
+    pub single_scatter: SingleScatterSpec,
 }
 
 /// The techniques.
@@ -316,6 +318,7 @@ pub struct TechniqueSpec {
 pub enum TechniqueName {
     RayMarch,
     PathTrace,
+    SingleScatter,
 }
 
 /// Emission-absorption and gradient shading.
@@ -350,6 +353,25 @@ pub struct PathTraceSpec {
     pub max_scatter: Option<u32>,
     /// Chooses the random numbers. Default: 0.
     pub seed: Option<u32>,
+}
+
+/// Single scattering with shadows.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SingleScatterSpec {
+    /// Largest distance between samples in voxels of the smallest spacing, in [1/64, 64]. Default: 0.5.
+    #[schemars(range(min = 0.015625, max = 64))]
+    pub step: Option<f64>,
+    /// The same along shadow rays. Default: 1.
+    #[schemars(range(min = 0.015625, max = 64))]
+    pub shadow_step: Option<f64>,
+    /// How densely the depths to the lights are kept: `full`, a node a voxel; `half` (default), one every
+    /// two voxels; `none`: a shadow ray for every sample.
+    pub cache: Option<LightCache>,
+    /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off. Default: 0.999.
+    pub early_termination: Option<f64>,
+    /// Skip cells that the transfer function makes empty. Default: true.
+    pub empty_space_skipping: Option<bool>,
 }
 
 /// A switch, or factors of Blinn-Phong shading.

@@ -25,6 +25,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     clip(s)?;
     image(s)?;
     path_trace(s)?;
+    single_scatter(s)?;
     ray_march(s)
 }
 
@@ -280,6 +281,14 @@ fn path_trace(s: &SceneSpec) -> Result<(), Problem> {
     positive("technique.path_trace.target_error", p.target_error)?;
     let max_scatter = p.max_scatter.map(f64::from);
     at_least("technique.path_trace.max_scatter", max_scatter, 1.0)
+}
+
+fn single_scatter(s: &SceneSpec) -> Result<(), Problem> {
+    let p = &s.technique.single_scatter;
+    let key = |name: &str| format!("technique.single_scatter.{name}");
+    within(&key("step"), p.step, 1.0 / 64.0, 64.0)?;
+    within(&key("shadow_step"), p.shadow_step, 1.0 / 64.0, 64.0)?;
+    within(&key("early_termination"), p.early_termination, 1e-6, 1.0)
 }
 
 fn ray_march(s: &SceneSpec) -> Result<(), Problem> {

@@ -223,7 +223,7 @@ impl MediumPlan {
         ));
         if let Some(c) = self.cells {
             let (format, bytes) = self.encoding.pair_format();
-            let off = "set technique.ray_march.empty_space_skipping = false";
+            let off = "set the technique's empty_space_skipping = false";
             let counts = UVec3::new(row.x + 1, 1, 1);
             list.extend([
                 auxiliary(

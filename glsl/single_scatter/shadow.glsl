@@ -1,0 +1,136 @@
+// What both stages know of the scene, and shadow rays: the optical depth from a point to a light.
+#include "shared/view.glsl"
+#include "shared/intersect.glsl"
+#include "shared/lights.glsl"
+#include "shared/empty_space.glsl"
+
+// Samples in a row between two looks at the cells.
+const int BLOCK = 4;
+// A shadow ray ends at this optical depth: a ten-millionth of the light is left.
+const float DARK = 16.0;
+// Of a position, as a share of the box that it lies in.
+const float ROUNDING = 1e-5;
+
+layout(std140, set = 0, binding = 1) uniform Scatter {
+    vec4 table;              // texture value of the first entry, entries a unit of it, entries; w: factor of
+                             // the albedo
+    vec4 dims;               // voxels along x, y, z; w: largest step, world units
+    vec4 cell_scale;         // cells a unit of texture coordinate; w: optical depth that ends a ray
+    vec4 node_first;         // grid coordinates of the cache's first node; w: largest step of shadow rays
+    vec4 node_spacing;       // voxels from node to node; w: g of the phase function
+    vec4 node_last;          // nodes - 1; w: factor on the colour that gives the emission
+    vec4 world_from_grid[3]; // rows of the affine map to world units about the volume's centre
+    Light lights[MAX_LIGHTS];
+} scatter;
+
+layout(set = 0, binding = 5) uniform sampler3D finite_mask;
+
+// The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
+vec4 table;
+vec3 last_voxel; // largest grid coordinates
+vec3 cells;      // a unit of texture coordinate
+
+void load_block() {
+    table = scatter.table;
+    last_voxel = scatter.dims.xyz - 1.0;
+    cells = scatter.cell_scale.xyz;
+}
+
+float entry_of(float value) {
+    return clamp((value - table.x) * table.y, 0.0, table.z - 1.0);
+}
+
+// 1 only where no voxel in the filter's reach is NaN or infinite.
+float finite_weight(vec3 q) {
+    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
+}
+
+// A ray in voxels: where its first sample lies, and the step to the next.
+struct GridRay {
+    vec3 first;
+    vec3 per_step;
+};
+
+GridRay grid_ray(vec3 p_first, vec3 dp) {
+    vec3 dims = last_voxel + 1.0;
+    return GridRay(p_first * dims - 0.5, dp * dims);
+}
+
+// The stretch of a ray inside the volume and the clips; empty (t.x >= t.y) if it misses.
+vec2 inside(vec2 t, vec3 o, vec3 d) {
+    t = clip_to_box(t, texture_point(o), texture_direction(d), vec3(0.0), vec3(1.0));
+    if (CLIP_BOX) t = clip_to_box(t, o, d, view.clip_min.xyz, view.clip_max.xyz);
+    if (CLIP_PLANE) t = clip_to_half_space(t, o, d, view.clip_plane);
+    return t;
+}
+
+// `o` on the box's face where it lies beyond it by rounding only.
+vec3 snapped(vec3 o, vec3 box_min, vec3 box_max) {
+    vec3 on = clamp(o, box_min, box_max);
+    return mix(o, on, lessThan(abs(o - on), ROUNDING * (box_max - box_min)));
+}
+
+// The same for a ray that starts at x in the medium or on its surface: rounding does not move it off, where
+// nothing would shade it, nor into, where a dense medium would.
+vec2 inside_from(vec2 t, vec3 x, vec3 d) {
+    vec3 p = snapped(texture_point(x), vec3(0.0), vec3(1.0));
+    t = clip_to_box(t, p, texture_direction(d), vec3(0.0), vec3(1.0));
+    if (CLIP_BOX) {
+        vec3 o = snapped(x, view.clip_min.xyz, view.clip_max.xyz);
+        t = clip_to_box(t, o, d, view.clip_min.xyz, view.clip_max.xyz);
+    }
+    if (CLIP_PLANE) {
+        vec4 plane = view.clip_plane;
+        float height = dot(plane.xyz, x) + plane.w;
+        // ROUNDING of the volume's extent along the normal.
+        if (abs(height) * length(texture_direction(plane.xyz)) < ROUNDING) plane.w -= height;
+        t = clip_to_half_space(t, x, d, plane);
+    }
+    return t;
+}
+
+// Equal steps, none longer than `largest`. A length of a whole number of them must not become one more
+// by rounding.
+int steps_along(float length_t, float largest) {
+    return max(1, int(ceil(length_t / largest - 1e-3)));
+}
+
+// From the world position x to the light, or to where the volume ends.
+float shadow_depth(vec3 x, Light light) {
+    vec3 w_i = light.place.xyz;
+    float far = 3.0e38;
+    if (POINT_LIGHTS && light.place.w > 0.0) {
+        w_i -= x;
+        far = length(w_i);
+        w_i /= max(far, 1e-30);
+    }
+    vec2 t = inside_from(vec2(0.0, far), x, w_i);
+    if (!(t.x < t.y)) return 0.0;
+    int count = steps_along(t.y - t.x, scatter.node_first.w);
+    float dt = (t.y - t.x) / float(count);
+    vec3 p_first = texture_point(x + (t.x + 0.5 * dt) * w_i);
+    vec3 dp = texture_direction(w_i) * dt;
+    CellRay cell = cell_ray(p_first, dp, cells);
+    GridRay grid = grid_ray(p_first, dp);
+    float tau = 0.0;
+    int i = 0;
+    while (i < count && tau < DARK) {
+        if (SKIP_EMPTY) {
+            int skipped;
+            do {
+                skipped = empty_steps(cell, float(i), last_voxel);
+                i += skipped;
+            } while (skipped > 0 && i < count);
+            if (i >= count) break;
+        }
+        float values[MAX_BLOCK];
+        block_values(grid.first, grid.per_step, i, BLOCK, last_voxel, values);
+        for (int k = 0; k < BLOCK; ++k) {
+            float dtau = i + k < count ? extinction_at(entry_of(values[k]), table.z) * dt : 0.0;
+            if (MASKED) dtau *= finite_weight(grid.first + float(i + k) * grid.per_step);
+            tau += dtau;
+        }
+        i += BLOCK;
+    }
+    return tau;
+}
