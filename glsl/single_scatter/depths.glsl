@@ -1,10 +1,13 @@
 // Optical depths from the ends of samples to a light, by the cache: light_depth holds one block of nodes a
 // light, stacked along z.
 
-// Samples that the march takes of a shadow ray itself, and the optical depth of a cell of nodes from which
-// on it does.
-const int NEAR = 2;
-const float DENSE = 0.1;
+// Cells of nodes that the march crosses on a shadow ray itself, its samples of them, and the optical depth of
+// that way from which on it does.
+const float NEAR_CELLS = 2.0;
+const int NEAR = 4;
+const float DENSE = 0.2;
+// A shadow ray that is taken beside the cache has at most this many samples.
+const float CLOSE_SAMPLES = 64.0;
 
 // Along the camera ray: origin and direction in the world, its grid coordinates at mid-samples.
 struct ViewRay {
@@ -88,7 +91,7 @@ vec3 end_of(ViewRay ray, int i, int count) {
     return ray.x_first + (float(min(i, count)) - 0.5) * ray.dt * ray.direction;
 }
 
-// The way from x to the light that leads across one cell of nodes, or to the light.
+// The way from x to the light that leads across the near cells of nodes, or to the light.
 vec3 near_way(vec3 x, Light light) {
     vec3 w_i = light.place.xyz;
     float far = 3.0e38;
@@ -98,11 +101,20 @@ vec3 near_way(vec3 x, Light light) {
         w_i /= max(far, 1e-30);
     }
     vec3 crossed = abs(texture_direction(w_i) * (last_voxel + 1.0) * per_node);
-    return w_i * min(far, 1.0 / max(crossed.x, max(crossed.y, crossed.z)));
+    return w_i * min(far, NEAR_CELLS / max(crossed.x, max(crossed.y, crossed.z)));
+}
+
+// Whether the block is so close to a point light that its ends see it in quite different directions. Shadow
+// rays are short there.
+bool is_close(ViewRay ray, int i, Light light) {
+    float block = float(BLOCK) * ray.dt;
+    vec3 x = ray.x_first + (float(i) - 0.5) * ray.dt * ray.direction + 0.5 * block * ray.direction;
+    float radius = min(2.0 * block, CLOSE_SAMPLES * scatter.node_first.w);
+    return light.place.w > 0.0 && distance(x, light.place.xyz) < radius;
 }
 
 // Depths to the light from the block's BLOCK + 1 ends, by the cache; where the medium is dense, by NEAR
-// samples across one cell of nodes and from there by the cache, so that a surface does not shade itself
+// samples across the near cells and from there by the cache, so that a surface does not shade itself
 // through nodes beneath it.
 void cached_depths(Block block, ViewRay ray, int i, int count, Light light, int l, out float depths[BLOCK + 1]) {
     vec3 dims = last_voxel + 1.0;
@@ -128,6 +140,9 @@ void cached_depths(Block block, ViewRay ray, int i, int count, Light light, int 
         room[k] = samples > 0 ? clamp(inside_from(vec2(0.0, 1.0), at, w).y, 0.0, 1.0) : 1.0;
         length_way[k] = length(w) / float(NEAR);
         depths[k] = room[k] < 1.0 ? 0.0 : depths[k];
+        // Nor beyond the light, about which depths are a cone that nodes do not resolve.
+        bool reached = POINT_LIGHTS && light.place.w > 0.0 && distance(at, light.place.xyz) < 1.001 * length(w);
+        if (samples > 0 && reached) depths[k] = 0.0;
     }
     for (int n = 0; n < samples; ++n) {
         float part = (float(n) + 0.5) / float(NEAR);

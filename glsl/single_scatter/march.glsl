@@ -87,6 +87,10 @@ vec3 scattered(Block block, ViewRay ray, int i, int count, int l) {
     float depths[BLOCK + 1];
     if (CACHED) {
         cached_depths(block, ray, i, count, light, l, depths);
+        int direct = POINT_LIGHTS && is_close(ray, i, light) ? BLOCK + 1 : 0;
+        for (int k = 0; k < direct; ++k) {
+            depths[k] = shadow_depth(end_of(ray, i + k, count), light);
+        }
     } else {
         for (int k = 0; k <= BLOCK; ++k) {
             depths[k] = shadow_depth(end_of(ray, i + k, count), light);
