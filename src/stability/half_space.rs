@@ -1,4 +1,4 @@
-//! Reflection by a half space that scatters evenly [Chandrasekhar1960].
+//! Reflection by a half space that scatters evenly `[Chandrasekhar1960]`.
 
 /// Nodes of the quadrature.
 const NODES: usize = 512;

@@ -1,7 +1,7 @@
 //! The colour spaces in which colour-map files interpolate, and their way to linear RGB.
 //!
 //! All start from sRGB-encoded control points. Lab is CIELAB under D65; Msh is its polar form
-//! [Moreland2009], in which diverging maps go through a bright, unsaturated middle.
+//! `[Moreland2009]`, in which diverging maps go through a bright, unsaturated middle.
 
 use glam::{DMat3, DVec3};
 
@@ -15,7 +15,7 @@ const PIECES_PER_SEGMENT: usize = 64;
 /// D65, as VTK has it.
 const WHITE: DVec3 = DVec3::new(0.9505, 1.0, 1.089);
 
-/// Below this saturation a colour has no hue [Moreland2009].
+/// Below this saturation a colour has no hue `[Moreland2009]`.
 const UNSATURATED: f64 = 0.05;
 
 /// `ColorSpace` of a colour-map file.
@@ -206,7 +206,7 @@ fn lab_from_msh(msh: DVec3) -> DVec3 {
     )
 }
 
-/// The interpolation of diverging colour maps [Moreland2009, Fig. 8].
+/// The interpolation of diverging colour maps `[Moreland2009, Fig. 8]`.
 fn mix_diverging(from: DVec3, to: DVec3, s: f64) -> DVec3 {
     let mut a = msh_from_lab(lab_from_encoded(from));
     let mut b = msh_from_lab(lab_from_encoded(to));

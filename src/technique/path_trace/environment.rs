@@ -123,7 +123,7 @@ fn fill(device: &Device, image: &Image, texels: &[[f32; 4]]) -> Result<Vec<Stage
 }
 
 /// For every cell: its chance to be kept when drawn, the cell taken instead, the density of directions
-/// times the sine of their angle from the pole; the alias method [Vose1991].
+/// times the sine of their angle from the pole; the alias method `[Vose1991]`.
 fn alias_table(map: &LatLongMap) -> Vec<[f32; 4]> {
     let (_, cells) = extents(Some(map));
     let weights = weights(map, cells);

@@ -9,7 +9,7 @@ const F_M: f64 = 6.0;
 /// Share of the waves in the signal.
 const ALPHA: f64 = 0.25;
 
-/// The signal of [MarschnerLobb1994, Eq. 1-2], in [0, 1]:
+/// The signal of `[MarschnerLobb1994, Eq. 1-2]`, in [0, 1]:
 /// `(1 - sin(pi z / 2) + alpha (1 + rho_r(sqrt(x^2 + y^2)))) / (2 (1 + alpha))` with
 /// `rho_r(r) = cos(2 pi f_M cos(pi r / 2))`, `f_M` = 6 and `alpha` = 0.25, over [-1, 1]^3.
 ///

@@ -1,6 +1,6 @@
 //! Deterministic gradient noise: the same bits on every machine, no tables to seed.
 //!
-//! Perlin's improved noise [Perlin2002] on a lattice whose gradients come from an integer hash.
+//! Perlin's improved noise `[Perlin2002]` on a lattice whose gradients come from an integer hash.
 //! Only additions, products and comparisons of f64 are used, all of them exactly specified.
 
 use glam::DVec3;
@@ -72,7 +72,7 @@ pub(super) fn billow(p: DVec3, octaves: u32, seed: u32) -> f64 {
 }
 
 /// Ridged multifractal in [0, 1]: narrow crests (1) where the noise crosses 0, finer crests
-/// mostly on coarser ones [Musgrave1994].
+/// mostly on coarser ones `[Musgrave1994]`.
 pub(super) fn ridged(p: DVec3, octaves: u32, seed: u32) -> f64 {
     let (mut q, mut amplitude, mut weight) = (p, 1.0, 1.0);
     let (mut sum, mut total) = (0.0, 0.0);
