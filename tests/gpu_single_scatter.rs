@@ -305,10 +305,8 @@ fn it_converges_with_the_step_and_the_cache() {
     assert!(caches[0] < 0.01 && none <= caches[0], "{caches:?} {none}");
 }
 
-#[test]
-fn the_cache_follows_its_nodes() {
-    // A large volume, so that nodes are voxels: half has twice the spacing of full.
-    let device = device();
+/// A blob of 128 voxels a side, so that nodes are voxels: half has twice the spacing of full.
+fn large_blob() -> Scene {
     let grid = Grid::centred(UVec3::splat(128), DVec3::ONE);
     let v = volume(grid, ScalarType::F32, |i| {
         let p = (i.as_dvec3() + 0.5) / 128.0 - 0.5;
@@ -319,17 +317,53 @@ fn the_cache_follows_its_nodes() {
         points(&[(0.0, Vec3::ONE, 0.0), (1000.0, Vec3::ONE, 0.1)]),
     );
     s.lights = light_along(DVec3::new(1.0, 0.5, -1.0));
+    s
+}
+
+/// An image as something to compare others with.
+fn as_truth(image: &Image) -> Vec<DVec4> {
+    let pixel = |p: &[f32; 4]| Vec3::from_slice(p).extend(p[3]).as_dvec4();
+    image.pixels.iter().map(pixel).collect()
+}
+
+#[test]
+fn the_cache_follows_its_nodes() {
+    let device = device();
+    let s = large_blob();
     let at = |cache| render(&device, &with_params(&s, params(0.5, cache)));
-    let exact = at(LightCache::None);
-    let exact: Vec<_> = exact
-        .pixels
-        .iter()
-        .map(|p| Vec3::from_slice(p).extend(p[3]).as_dvec4())
-        .collect();
+    let exact = as_truth(&at(LightCache::None));
     let errors = [LightCache::Half, LightCache::Full].map(|cache| error(&at(cache), &exact));
     let order = (errors[0] / errors[1]).log2();
     println!("half and full cache: {errors:.5?}, order {order:.2}");
     assert!(order > 1.5, "{errors:?}");
+}
+
+#[test]
+#[ignore = "prints the figures of the plot in the technique's README"]
+fn convergence_figures() {
+    let device = device();
+    let s = large_blob();
+    let at = |step, cache| render(&device, &with_params(&s, params(step, cache)));
+    let exact = as_truth(&at(1.0 / 32.0, LightCache::None));
+    println!("step, none, half, full");
+    for step in [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125] {
+        let [none, half, full] = CACHES.map(|cache| error(&at(step, cache), &exact));
+        println!("{step}, {none:.3e}, {half:.3e}, {full:.3e}");
+    }
+    // The reference averages over pixels.
+    let mut averaged = s.clone();
+    averaged.image.samples_per_axis = 8;
+    let fine = params(1.0 / 8.0, LightCache::None);
+    let averaged = as_truth(&render(&device, &with_params(&averaged, fine)));
+    let mut traced = s;
+    traced.technique = TechniqueParams::PathTrace(PathTraceParams {
+        samples: 1 << 14,
+        max_scatter: Some(1),
+        ..PathTraceParams::default()
+    });
+    let sum = |p: &[DVec4]| p.iter().map(|p| p.truncate().element_sum()).sum::<f64>();
+    let ratio = sum(&averaged) / sum(&as_truth(&render(&device, &traced)));
+    println!("mean at step 1/8, uncached, over path_trace's: {ratio:.5}");
 }
 
 #[test]
