@@ -19,5 +19,6 @@ pub mod output;
 pub mod scene;
 pub mod shaders;
 pub mod stability;
+pub mod study;
 pub mod technique;
 pub mod volume;

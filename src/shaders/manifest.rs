@@ -78,7 +78,7 @@ pub fn stale(root: &Path) -> Result<Vec<String>, ShaderError> {
 }
 
 /// SHA-256, hexadecimal.
-pub(super) fn hash(bytes: &[u8]) -> String {
+pub(crate) fn hash(bytes: &[u8]) -> String {
     Sha256::digest(bytes)
         .iter()
         .map(|b| format!("{b:02x}"))

@@ -13,6 +13,7 @@ mod manifest;
 #[cfg(feature = "shader-compiler")]
 pub use compile::{compile_all, recompiled_differs};
 pub use flatten::{flatten, sources};
+pub(crate) use manifest::hash;
 pub use manifest::{Manifest, ModuleEntry, stale};
 
 /// What can go wrong with shader sources and modules.

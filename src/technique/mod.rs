@@ -6,6 +6,7 @@
 
 mod albedo_volume;
 mod inputs;
+mod knob;
 mod lights;
 pub mod medium;
 pub mod path_trace;
@@ -15,17 +16,20 @@ pub mod ray_march;
 mod reference_ray;
 mod renderer;
 pub mod single_scatter;
+mod spread;
 mod target;
 mod techniques;
 mod view;
 
 pub use inputs::{Input, Inputs};
+pub use knob::{Knob, Knobs};
 pub use lights::{LightUniform, MAX_LIGHTS};
 pub use phase::phase_hg;
 pub(crate) use plan::size;
 pub use plan::{Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan};
 pub use renderer::{FrameReport, Progress, RenderError, Renderer};
-pub use techniques::{NAMES, Technique, TechniquePlan};
+pub use spread::{Spread, StageSpread, stage_spreads};
+pub use techniques::{KNOBS, NAMES, Technique, TechniquePlan};
 pub use view::ViewUniform;
 
 use crate::gpu::Limits;

@@ -6,12 +6,15 @@ use super::path_trace::{self, PathTrace, PathTracePlan};
 use super::ray_march::{self, RayMarch, RayMarchPlan};
 use super::single_scatter::{self, SingleScatter, SingleScatterPlan};
 use super::target::Target;
-use super::{Inputs, Plan, PlanError};
+use super::{Inputs, Knobs, Plan, PlanError};
 use crate::gpu::{Device, GpuError, Limits, StageTime};
 use crate::scene::{PathTraceParams, RayMarchParams, Scene, SingleScatterParams, TechniqueParams};
 
 /// Names of all techniques, as in scene files and on the command line.
 pub const NAMES: &[&str] = &[ray_march::NAME, single_scatter::NAME, path_trace::NAME];
+
+/// What each technique trades speed for accuracy with, for `tyndall study`.
+pub const KNOBS: &[Knobs] = &[ray_march::KNOBS, single_scatter::KNOBS, path_trace::KNOBS];
 
 /// What a technique is going to do for a scene: pure data.
 #[derive(Clone, Debug, PartialEq)]

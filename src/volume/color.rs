@@ -86,6 +86,12 @@ impl ColorVolume {
         self.values.scalar_type() == ScalarType::U8
     }
 
+    /// The colours as they are stored.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        self.values.bytes()
+    }
+
     /// The colour of voxel `index` in storage order.
     ///
     /// # Panics

@@ -101,6 +101,12 @@ macro_rules! with_voxels {
 }
 
 impl Voxels {
+    /// The values as they are in memory.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        with_voxels!(self, v => bytemuck::cast_slice(v))
+    }
+
     /// The stored type.
     #[must_use]
     pub const fn scalar_type(&self) -> ScalarType {

@@ -227,7 +227,9 @@ impl SceneFile {
         }
     }
 
-    fn image(&self) -> ImageSettings {
+    /// The image's settings.
+    #[must_use]
+    pub fn image(&self) -> ImageSettings {
         let (i, d) = (&self.spec.image, ImageSettings::default());
         ImageSettings {
             width: i.width.unwrap_or(d.width),
@@ -242,7 +244,9 @@ impl SceneFile {
         }
     }
 
-    fn technique(&self) -> TechniqueParams {
+    /// The technique and its parameters.
+    #[must_use]
+    pub fn technique(&self) -> TechniqueParams {
         match self.spec.technique.name {
             None | Some(TechniqueName::RayMarch) => TechniqueParams::RayMarch(self.ray_march()),
             Some(TechniqueName::PathTrace) => TechniqueParams::PathTrace(self.path_trace()),

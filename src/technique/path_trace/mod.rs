@@ -3,6 +3,7 @@
 //! Papers, symbols, stages and deviations: `README.md` in this folder.
 
 mod environment;
+mod knobs;
 mod layout;
 pub mod leaves;
 mod plan;
@@ -10,6 +11,7 @@ mod record;
 pub mod reference;
 mod resources;
 
+pub use knobs::KNOBS;
 pub use layout::{LAYOUTS, TracePush, TraceUniform};
 pub use plan::{CONSTANTS, PathTracePlan, plan, stage};
 pub use record::record_trace;

@@ -2,12 +2,14 @@
 //!
 //! Paper, symbols, stages and deviations: `README.md` in this folder.
 
+mod knobs;
 mod layout;
 mod plan;
 mod record;
 pub mod reference;
 mod resources;
 
+pub use knobs::KNOBS;
 pub use layout::{LAYOUTS, MarchPush, MarchUniform};
 pub use plan::{CONSTANTS, RayMarchPlan, plan, stage};
 pub use record::record_march;

@@ -3,6 +3,7 @@
 //! Paper, symbols, stages and deviations: `README.md` in this folder.
 
 mod cache;
+mod knobs;
 mod layout;
 mod plan;
 mod record;
@@ -10,6 +11,7 @@ pub mod reference;
 mod resources;
 
 pub use cache::CachePlan;
+pub use knobs::KNOBS;
 pub use layout::{CacheLightPush, LAYOUTS, ScatterMarchPush, ScatterUniform};
 pub use plan::{CACHE_CONSTANTS, MARCH_CONSTANTS, SingleScatterPlan, plan, stage};
 pub use record::{record_light_cache, record_march};
