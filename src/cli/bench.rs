@@ -8,7 +8,9 @@ use super::progress::Progress;
 use super::{CliError, Global, print, print_json};
 use crate::gpu::{DeviceInfo, StageTime};
 use crate::scene::{Light, Scene};
-use crate::technique::{FrameReport, Input, Inputs, Renderer, size};
+use crate::technique::{
+    FrameReport, Input, Inputs, Renderer, Spread, StageSpread, size, stage_spreads,
+};
 
 /// Measure each stage over a camera orbit, and what each kind of change costs.
 #[derive(Args)]
@@ -27,20 +29,6 @@ pub(super) struct BenchArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
-}
-
-/// Smallest, middle and largest of a series, in seconds.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Spread {
-    min: f64,
-    median: f64,
-    max: f64,
-}
-
-#[derive(Serialize)]
-struct Row {
-    name: String,
-    seconds: Spread,
 }
 
 #[derive(Serialize)]
@@ -63,7 +51,7 @@ struct Report {
     plan_bytes: u64,
     allocated_bytes: u64,
     first_frame: FrameReport,
-    orbit: Vec<Row>,
+    orbit: Vec<StageSpread>,
     changes: Vec<Change>,
 }
 
@@ -100,7 +88,7 @@ fn orbit(
     renderer: &mut Renderer,
     args: &BenchArgs,
     progress: &mut Progress,
-) -> Result<Vec<Row>, CliError> {
+) -> Result<Vec<StageSpread>, CliError> {
     let start = renderer.scene().clone();
     let mut frames = Vec::new();
     for i in 0..args.warmup + args.frames {
@@ -122,31 +110,12 @@ fn orbit(
     Ok(rows(&frames))
 }
 
-fn rows(frames: &[FrameReport]) -> Vec<Row> {
-    let names: Vec<String> = frames.first().map_or_else(Vec::new, |f| {
-        f.stages.iter().map(|s| s.name.clone()).collect()
-    });
-    let mut rows: Vec<_> = names
-        .into_iter()
-        .map(|name| {
-            let of = |f: &FrameReport| {
-                f.stages
-                    .iter()
-                    .filter(|s| s.name == name)
-                    .map(|s| s.seconds)
-                    .sum()
-            };
-            let times: Vec<f64> = frames.iter().map(of).collect();
-            Row {
-                seconds: spread(times),
-                name,
-            }
-        })
-        .collect();
+fn rows(frames: &[FrameReport]) -> Vec<StageSpread> {
+    let mut rows = stage_spreads(frames);
     let walls = frames.iter().map(|f| f.wall_seconds).collect();
-    rows.push(Row {
+    rows.push(StageSpread {
         name: "whole frame (host)".to_owned(),
-        seconds: spread(walls),
+        seconds: Spread::of(walls),
     });
     rows
 }
@@ -219,26 +188,8 @@ fn change(what: &'static str, reports: &[FrameReport]) -> Change {
     Change {
         what,
         stages,
-        device_seconds: spread(reports.iter().map(device).collect()),
-        wall_seconds: spread(reports.iter().map(|r| r.wall_seconds).collect()),
-    }
-}
-
-fn spread(mut times: Vec<f64>) -> Spread {
-    // The sum over no stages is -0.
-    times.iter_mut().for_each(|t| *t += 0.0);
-    times.sort_by(f64::total_cmp);
-    let at = |i: usize| times.get(i).copied().unwrap_or(0.0);
-    let n = times.len();
-    let median = if n % 2 == 1 {
-        at(n / 2)
-    } else {
-        0.5 * (at((n / 2).saturating_sub(1)) + at(n / 2))
-    };
-    Spread {
-        min: at(0),
-        median,
-        max: at(n.saturating_sub(1)),
+        device_seconds: Spread::of(reports.iter().map(device).collect()),
+        wall_seconds: Spread::of(reports.iter().map(|r| r.wall_seconds).collect()),
     }
 }
 

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use crate::gpu::GpuError;
 use crate::output::OutputError;
 use crate::scene::file::SceneError;
+use crate::study::StudyError;
 use crate::technique::{PlanError, RenderError};
 use crate::volume::VolumeError;
 
@@ -35,6 +36,12 @@ pub enum CliError {
     /// Measures beyond their limits, one sentence each.
     #[error("{}", .0.join("\nerror: "))]
     Limits(Vec<String>),
+    /// A study could not keep its files.
+    #[error("{0}")]
+    Study(String),
+    /// Several scenes are not as they should be.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\nerror: "))]
+    Several(Vec<CliError>),
     /// Shaders could not be compiled.
     #[error(transparent)]
     Shader(#[from] crate::shaders::ShaderError),
@@ -52,12 +59,29 @@ impl From<PlanError> for CliError {
     }
 }
 
+impl From<StudyError> for CliError {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Scene(error) => Self::Scene(error),
+            StudyError::Render(error) => Self::Render(error),
+            StudyError::Output(error) => Self::Output(error),
+            StudyError::Technique { .. } => Self::Usage(error.to_string()),
+            StudyError::Io { .. } => Self::Study(error.to_string()),
+        }
+    }
+}
+
 impl CliError {
     /// The documented exit code.
     #[must_use]
-    pub const fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Output(_) | Self::Stdout(_) | Self::Shader(_) | Self::Compare(_) => 1,
+            Self::Output(_)
+            | Self::Stdout(_)
+            | Self::Shader(_)
+            | Self::Compare(_)
+            | Self::Study(_) => 1,
+            Self::Several(errors) => errors.first().map_or(1, Self::exit_code),
             Self::Usage(_) => 2,
             Self::Scene(_) | Self::Volume(_) => 3,
             Self::Render(RenderError::Gpu(GpuError::Validation(_))) => 5,
@@ -70,6 +94,9 @@ impl CliError {
     pub(super) fn report(self) -> ExitCode {
         let code = ExitCode::from(self.exit_code());
         match self {
+            Self::Several(errors) => errors.into_iter().for_each(|e| {
+                e.report();
+            }),
             Self::Scene(error) => eprintln!("{:?}", miette::Report::new(error)),
             Self::Render(RenderError::Gpu(GpuError::Validation(messages))) => {
                 eprintln!("error: {} validation message(s)", messages.len());

@@ -6,13 +6,13 @@ use clap::Args;
 
 use super::progress::Progress;
 use super::{CliError, Global};
-use crate::scene::file::{Override, SceneFile};
+use crate::scene::file::{Override, SceneError, SceneFile};
 use crate::scene::{Scene, TechniqueParams};
 use crate::volume::procedural::Procedural;
 use crate::volume::{RawLayout, ReadOptions, ScalarType};
 
 /// Which scene, and what is changed in it.
-#[derive(Args)]
+#[derive(Args, Default)]
 pub(super) struct SceneArgs {
     /// A scene (.toml), a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .raw), or a procedural volume:
     /// marschner_lobb, shepp_logan, supernova, cloud, mechanical_part. Default: the built-in scene.
@@ -26,7 +26,7 @@ pub(super) struct SceneArgs {
     tf: Option<String>,
     #[command(flatten)]
     raw: RawArgs,
-    /// Technique: ray_march, single_scatter or path_trace. Default: the scene's.
+    /// Technique: ray_march, single_scatter or path_trace; for `render` also auto. Default: the scene's.
     #[arg(long, value_name = "NAME")]
     technique: Option<String>,
     #[command(flatten)]
@@ -34,7 +34,7 @@ pub(super) struct SceneArgs {
 }
 
 /// When `path_trace` ends, and what the time step is, which shares an option with it.
-#[derive(Args)]
+#[derive(Args, Default)]
 struct GoalArgs {
     /// Time step of a 4D file, from 0; or, with a unit, how long `path_trace` renders: 500ms, 30s, 5m.
     #[arg(long, value_name = "STEP|DURATION", value_parser = time)]
@@ -57,19 +57,37 @@ fn time(text: &str) -> Result<Time, String> {
     if let Ok(step) = text.parse() {
         return Ok(Time::Step(step));
     }
-    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
-    let in_unit = |(unit, seconds): (&str, f64)| {
-        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
-        (number > 0.0 && number.is_finite()).then_some(Time::Seconds(number * seconds))
-    };
-    let found = units.into_iter().find_map(in_unit);
-    found.ok_or_else(|| {
+    duration(text).map(Time::Seconds).map_err(|_| {
         "expected a time step (a whole number) or a duration as 500ms, 30s, 5m, 1h".to_owned()
     })
 }
 
+/// A duration as 500ms, 30s, 5m, 1h, in seconds.
+pub(super) fn duration(text: &str) -> Result<f64, String> {
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
+    let in_unit = |(unit, seconds): (&str, f64)| {
+        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
+        (number > 0.0 && number.is_finite()).then_some(number * seconds)
+    };
+    let found = units.into_iter().find_map(in_unit);
+    found.ok_or_else(|| "expected a duration as 500ms, 30s, 5m, 1h".to_owned())
+}
+
+/// `WIDTHxHEIGHT` as keys of the scene.
+pub(super) fn size(text: &str) -> Result<Vec<String>, CliError> {
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(|| {
+        CliError::Usage(format!(
+            "--size {text}: expected WIDTHxHEIGHT, for example 800x600"
+        ))
+    })?;
+    let keys = [("width", width), ("height", height)];
+    Ok(keys
+        .map(|(key, value)| format!("image.{key}={value}"))
+        .to_vec())
+}
+
 /// The layout of a headerless volume.
-#[derive(Args)]
+#[derive(Args, Default)]
 struct RawArgs {
     /// Headerless volume: voxels along x (fastest), y, z.
     #[arg(
@@ -165,8 +183,23 @@ impl SceneArgs {
             .to_owned()
     }
 
-    /// Reads and resolves the scene; `more` are overrides that options stand for.
-    pub(super) fn load_with(&self, global: &Global, more: &[String]) -> Result<Scene, CliError> {
+    /// A scene with some overrides and, maybe, a transfer function.
+    pub(super) fn named(input: &Path, overrides: &[String], tf: Option<&String>) -> Self {
+        Self {
+            input: Some(input.to_owned()),
+            overrides: overrides.to_vec(),
+            tf: tf.cloned(),
+            ..Self::default()
+        }
+    }
+
+    /// Whether the technique is to be chosen.
+    pub(super) fn is_auto(&self) -> bool {
+        self.technique.as_deref() == Some("auto")
+    }
+
+    /// What the options say of the scene; `more` are overrides that other options stand for.
+    pub(super) fn overrides(&self, more: &[String]) -> Result<Vec<Override>, SceneError> {
         let mut overrides = Vec::new();
         if let Some(tf) = &self.tf {
             let key = if Path::new(tf).extension().is_some() {
@@ -176,24 +209,28 @@ impl SceneArgs {
             };
             overrides.push(format!("transfer_function.{key}={tf:?}"));
         }
-        if let Some(technique) = &self.technique {
+        if let Some(technique) = self.technique.as_ref().filter(|_| !self.is_auto()) {
             overrides.push(format!("technique.name={technique}"));
         }
         overrides.extend(self.goals.overrides());
         overrides.extend(more.iter().cloned());
         overrides.extend(self.overrides.iter().cloned());
-        let overrides = overrides
-            .iter()
-            .map(|text| Override::parse(text))
-            .collect::<Result<Vec<_>, _>>()?;
-        let file = match (self.procedural(), self.volume_file(), &self.input) {
-            (Some(procedural), _, _) => SceneFile::for_procedural(procedural, &overrides)?,
-            (_, Some(path), _) => {
-                SceneFile::for_volume_file(path, &self.read_options(), &overrides)?
-            }
-            (_, _, Some(path)) => SceneFile::load(path, &overrides)?,
-            _ => SceneFile::built_in(&overrides)?,
-        };
+        overrides.iter().map(|text| Override::parse(text)).collect()
+    }
+
+    /// Reads the scene, not the volume.
+    pub(super) fn file(&self, overrides: &[Override]) -> Result<SceneFile, SceneError> {
+        match (self.procedural(), self.volume_file(), &self.input) {
+            (Some(procedural), _, _) => SceneFile::for_procedural(procedural, overrides),
+            (_, Some(path), _) => SceneFile::for_volume_file(path, &self.read_options(), overrides),
+            (_, _, Some(path)) => SceneFile::load(path, overrides),
+            _ => SceneFile::built_in(overrides),
+        }
+    }
+
+    /// Reads and resolves the scene; `more` are overrides that options stand for.
+    pub(super) fn load_with(&self, global: &Global, more: &[String]) -> Result<Scene, CliError> {
+        let file = self.file(&self.overrides(more)?)?;
         let mut progress = Progress::new(global.quiet);
         let scene = file.resolve(&mut |phase, done, total| progress.update(phase, done, total));
         progress.finish();
@@ -205,6 +242,11 @@ impl SceneArgs {
 
     /// Reads and resolves the scene.
     pub(super) fn load(&self, global: &Global) -> Result<Scene, CliError> {
+        if self.is_auto() {
+            return Err(CliError::Usage(
+                "--technique auto is for `render`; expected the name of a technique".to_owned(),
+            ));
+        }
         self.load_with(global, &[])
     }
 }

@@ -1,5 +1,6 @@
 //! The command line. One file a subcommand.
 
+mod auto;
 mod bench;
 mod compare;
 #[cfg(feature = "shader-compiler")]
@@ -13,6 +14,7 @@ mod plan;
 mod progress;
 mod render;
 mod schema;
+mod study;
 
 use std::process::ExitCode;
 
@@ -28,7 +30,8 @@ pub use error::CliError;
     version,
     after_help = "Exit codes: 0 done; 1 a file could not be written, read or compared; 2 wrong usage; \
                   3 the scene or volume is not as it should be; 4 the device cannot do it; \
-                  5 the validation layer reported something; 6 a limit of `compare` is exceeded.\n\
+                  5 the validation layer reported something; 6 a limit of `compare` or of `render --technique auto` \
+                  cannot be kept.\n\
                   Environment: TYNDALL_DEVICE (as --device), VK_DRIVER_FILES (which drivers the loader sees)."
 )]
 struct Cli {
@@ -66,6 +69,8 @@ enum Command {
     Bench(bench::BenchArgs),
     /// Measure how far an image is from a reference, and hold it to limits.
     Compare(compare::CompareArgs),
+    /// Render every technique at every setting worth trying, beside a reference: time, memory, errors.
+    Study(study::StudyArgs),
     /// Print the JSON Schema of scene files.
     Schema,
     /// Print a shell's completion script.
@@ -86,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
         Command::Compare(args) => compare::run(args),
+        Command::Study(args) => study::run(&cli.global, args),
         Command::Schema => schema::run(),
         Command::Completions(args) => completions::run(args),
         #[cfg(feature = "shader-compiler")]

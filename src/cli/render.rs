@@ -6,7 +6,8 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 
-use super::input::SceneArgs;
+use super::auto::{self, AutoArgs};
+use super::input::{SceneArgs, size};
 use super::progress::Progress;
 use super::{CliError, Global, print, print_json};
 use crate::gpu::Device;
@@ -27,6 +28,8 @@ pub(super) struct RenderArgs {
     /// bytes). Default: NAME.png.
     #[arg(long, short, value_name = "FILE")]
     output: Vec<PathBuf>,
+    #[command(flatten)]
+    auto: AutoArgs,
     /// Image size in pixels.
     #[arg(long, value_name = "WxH")]
     size: Option<String>,
@@ -50,15 +53,25 @@ pub(super) struct RenderArgs {
 pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
     let start = Instant::now();
     let outputs = outputs(args)?;
-    let scene = args.scene.load_with(global, &overrides(args)?)?;
+    let goal = args.auto.goal(args.scene.is_auto())?;
+    let more = overrides(args)?;
+    let scene = args.scene.load_with(global, &more)?;
     let device = global.open_device()?;
-    let mut renderer = Renderer::new(&device, scene)?;
-    let mut progress = Progress::new(global.quiet);
-    let rendered = renderer.render(&mut |phase, done, total| progress.update(phase, done, total));
-    progress.finish();
-    let (image, frame) = rendered?;
+    let (renderer, image, frame, found) = match goal {
+        Some(goal) => {
+            let found = auto::render(global, &args.scene, &args.auto, &more, scene, &device, goal)?;
+            (found.renderer, found.image, found.frame, Some(found.about))
+        }
+        None => {
+            let (renderer, image, frame) = as_told(global, &device, scene)?;
+            (renderer, image, frame, None)
+        }
+    };
     let stops = expose(&image, renderer.scene().image.exposure);
-    let report = report(&renderer, &device, &image, &frame, stops);
+    let mut report = report(&renderer, &device, &image, &frame, stops);
+    if let Some(about) = &found {
+        report["auto"] = about.report();
+    }
     let metadata = metadata(renderer.scene(), &device);
     for path in &outputs {
         match ending(path).as_str() {
@@ -74,6 +87,9 @@ pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
         return print_json(&report);
     }
     if !global.quiet {
+        if let Some(about) = &found {
+            print(&about.sentence())?;
+        }
         let device_seconds: f64 = frame.stages.iter().map(|s| s.seconds).sum();
         let names: Vec<_> = outputs.iter().map(|p| p.display().to_string()).collect();
         let samples = frame
@@ -88,6 +104,20 @@ pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
         ))?;
     }
     Ok(())
+}
+
+/// Renders with the technique that the scene names.
+fn as_told(
+    global: &Global,
+    device: &Device,
+    scene: Scene,
+) -> Result<(Renderer, Image, FrameReport), CliError> {
+    let mut renderer = Renderer::new(device, scene)?;
+    let mut progress = Progress::new(global.quiet);
+    let rendered = renderer.render(&mut |phase, done, total| progress.update(phase, done, total));
+    progress.finish();
+    let (image, frame) = rendered?;
+    Ok((renderer, image, frame))
 }
 
 /// The files to write; unknown endings and missing folders are refused before any work is done.
@@ -118,14 +148,8 @@ fn ending(path: &Path) -> String {
 /// Options that stand for keys of the scene.
 fn overrides(args: &RenderArgs) -> Result<Vec<String>, CliError> {
     let mut list = Vec::new();
-    if let Some(size) = &args.size {
-        let (width, height) = size.split_once(['x', 'X']).ok_or_else(|| {
-            CliError::Usage(format!(
-                "--size {size}: expected WIDTHxHEIGHT, for example 800x600"
-            ))
-        })?;
-        list.push(format!("image.width={width}"));
-        list.push(format!("image.height={height}"));
+    if let Some(text) = &args.size {
+        list.extend(size(text)?);
     }
     if let Some(exposure) = &args.exposure {
         list.push(format!("image.exposure={exposure}"));
