@@ -9,6 +9,10 @@ layout(set = 0, binding = 3) uniform sampler1D transfer_function;
 layout(set = 0, binding = 4) uniform usampler3D cell_distance;
 #endif
 
+float texel(int x, int y, int z) {
+    return texelFetch(volume, ivec3(x, y, z), 0).r;
+}
+
 float value_at(vec3 q, vec3 last) {
     return textureLod(volume, (q + 0.5) / (last + 1.0), 0.0).r;
 }

@@ -59,22 +59,6 @@ Block sample_block(ViewRay ray, int i, int count, float tau, float tau_end) {
     return block;
 }
 
-// Mean of 1 / d^2 to `p` over a step of length dt about x, along `direction`: a light that a ray nearly
-// meets is not missed by the samples.
-float mean_falloff(vec3 p, vec3 x, vec3 direction, float dt) {
-    float s = dot(x - p, direction);
-    vec3 beside = x - p - s * direction;
-    float h2 = max(dot(beside, beside), 1e-12 * dt * dt);
-    float a = s - 0.5 * dt, b = s + 0.5 * dt;
-    // The integral is (atan(b / h) - atan(a / h)) / h.
-    float h = sqrt(h2);
-    float tangent = h * dt / (h2 + a * b);
-    float t2 = tangent * tangent;
-    bool distant = h2 + a * b > 0.0 && abs(tangent) < 0.1;
-    float near = atan(h * dt, h2 + a * b) / (h * dt);
-    return distant ? (1.0 - t2 * (1.0 / 3.0 - t2 * 0.2)) / (h2 + a * b) : near;
-}
-
 // Mean of exp(-tau) from `before` to `after`, over which tau rises evenly by `rise`.
 float mean_between(float before, float after, float rise) {
     return abs(rise) < 0.03 ? before * (1.0 - rise * (0.5 - rise * (1.0 / 6.0))) : (before - after) / rise;

@@ -21,6 +21,8 @@ pub enum Access {
     ComputeSampledOrLoaded,
     /// Written as a storage image in a compute shader.
     ComputeWrite,
+    /// Loaded as a storage image in a compute shader.
+    ComputeRead,
     /// Read and written as a storage image in a compute shader.
     ComputeReadWrite,
     /// Read by the host after the submission (only as the later side, buffers).
@@ -65,6 +67,11 @@ impl Access {
             Self::ComputeWrite => (
                 Stage::COMPUTE_SHADER,
                 Mask::SHADER_STORAGE_WRITE,
+                Layout::GENERAL,
+            ),
+            Self::ComputeRead => (
+                Stage::COMPUTE_SHADER,
+                Mask::SHADER_STORAGE_READ,
                 Layout::GENERAL,
             ),
             Self::ComputeReadWrite => (

@@ -26,6 +26,16 @@ macro_rules! shaders {
 }
 
 shaders! {
+    /// Light that arrives at every node of a grid.
+    AMBIENT_SCATTERING_RADIANCE_CACHE = "ambient_scattering" / "radiance_cache";
+    /// The radiance of every pixel by ambient ray casting.
+    AMBIENT_SCATTERING_MARCH = "ambient_scattering" / "march";
+    /// The same, the volume read by loads of 8-bit texels.
+    AMBIENT_SCATTERING_MARCH_R8 = "ambient_scattering" / "march_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    AMBIENT_SCATTERING_MARCH_R16 = "ambient_scattering" / "march_r16";
+    /// The same, the volume read by loads of float texels.
+    AMBIENT_SCATTERING_MARCH_R32F = "ambient_scattering" / "march_r32f";
     /// Smallest and largest voxel of every cell.
     MEDIUM_CELL_MIN_MAX = "medium" / "cell_min_max";
     /// Which cells the transfer function leaves empty.
@@ -64,6 +74,20 @@ shaders! {
     SINGLE_SCATTER_MARCH_R16 = "single_scatter" / "march_r16";
     /// The same, the volume read by loads of float texels.
     SINGLE_SCATTER_MARCH_R32F = "single_scatter" / "march_r32f";
+    /// Mean extinction of every cell.
+    SUMMED_AREA_EXTINCTION = "summed_area" / "extinction";
+    /// The same, the volume read by loads of 8-bit texels.
+    SUMMED_AREA_EXTINCTION_R8 = "summed_area" / "extinction_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    SUMMED_AREA_EXTINCTION_R16 = "summed_area" / "extinction_r16";
+    /// The same, the volume read by loads of float texels.
+    SUMMED_AREA_EXTINCTION_R32F = "summed_area" / "extinction_r32f";
+    /// Running sums along one axis.
+    SUMMED_AREA_SCAN = "summed_area" / "scan";
+    /// Mean extinction of the box about every cell.
+    SUMMED_AREA_AMBIENT_EXTINCTION = "summed_area" / "ambient_extinction";
+    /// Occlusion of every cell by the boxes about it.
+    SUMMED_AREA_OCCLUSION = "summed_area" / "occlusion";
 }
 
 const MAGIC: u32 = 0x0723_0203;

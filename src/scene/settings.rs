@@ -203,6 +203,89 @@ impl Default for SingleScatterParams {
     }
 }
 
+/// A distance within the volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Radius {
+    /// What suits the scene; the technique says how it chooses.
+    #[default]
+    Auto,
+    /// In voxels (of the smallest spacing), > 0.
+    Voxels(f64),
+    /// In world units, > 0.
+    World(f64),
+}
+
+/// How light is dimmed along a tube of `ambient_scattering`.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Tube {
+    /// By the share of a front's power that leaves a slab of the same depth on its far side.
+    #[default]
+    Slab,
+    /// By the table at theta = 0 over its value in vacuum.
+    Normalized,
+    /// By the table at theta = 0, as printed `[Ament2013, Eq. 16]`.
+    Literal,
+}
+
+/// How `ambient_scattering` gathers light along a camera ray.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Gather {
+    /// Light that comes straight from the source, light dimmed and spread on its way, and the table's
+    /// light that was scattered about the sample: each with its own phase and attenuation.
+    #[default]
+    Split,
+    /// The table alone, attenuated from the sphere's near side on `[Ament2013, Eq. 20]`.
+    Literal,
+}
+
+/// Parameters of `ambient_scattering`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientScatteringParams {
+    /// Largest distance between samples, in voxels (of the smallest spacing), in [1/64, 64].
+    pub step: f64,
+    /// Radius of the sphere about a sample within which light is scattered.
+    pub radius: Radius,
+    /// How light is dimmed on its way to the sphere.
+    pub tube: Tube,
+    /// How light is gathered along a camera ray.
+    pub gather: Gather,
+    /// How densely the light that arrives is kept.
+    pub cache: LightCache,
+    /// Factor of highlights where the gradient mirrors a light, >= 0; 0: none are looked for.
+    pub specular: f32,
+    /// Blinn-Phong exponent of the highlights, in [1, 1000].
+    pub shininess: f32,
+    /// Radius of ambient occlusion, by which environments light the medium.
+    pub occlusion_radius: Radius,
+    /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off.
+    pub early_termination: f64,
+    /// Skip cells that the transfer function makes empty.
+    pub empty_space_skipping: bool,
+}
+
+impl Default for AmbientScatteringParams {
+    fn default() -> Self {
+        Self {
+            step: 0.5,
+            radius: Radius::Auto,
+            tube: Tube::Slab,
+            gather: Gather::Split,
+            cache: LightCache::Half,
+            specular: 0.0,
+            shininess: 20.0,
+            occlusion_radius: Radius::Auto,
+            early_termination: 0.98,
+            empty_space_skipping: true,
+        }
+    }
+}
+
 /// The technique and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TechniqueParams {
@@ -212,6 +295,8 @@ pub enum TechniqueParams {
     PathTrace(PathTraceParams),
     /// Single scattering with shadows.
     SingleScatter(SingleScatterParams),
+    /// Multiple scattering near every sample, from a table.
+    AmbientScattering(AmbientScatteringParams),
 }
 
 impl TechniqueParams {
@@ -222,6 +307,7 @@ impl TechniqueParams {
             Self::RayMarch(_) => "ray_march",
             Self::PathTrace(_) => "path_trace",
             Self::SingleScatter(_) => "single_scatter",
+            Self::AmbientScattering(_) => "ambient_scattering",
         }
     }
 
@@ -230,7 +316,7 @@ impl TechniqueParams {
     pub const fn uses_lights(&self) -> bool {
         match self {
             Self::RayMarch(p) => p.shading.is_some(),
-            Self::PathTrace(_) | Self::SingleScatter(_) => true,
+            Self::PathTrace(_) | Self::SingleScatter(_) | Self::AmbientScattering(_) => true,
         }
     }
 }

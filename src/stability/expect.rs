@@ -28,6 +28,7 @@ pub const fn model(technique: &TechniqueParams) -> Model {
             _ => Model::MultipleScattering,
         },
         TechniqueParams::SingleScatter(_) => Model::SingleScattering,
+        TechniqueParams::AmbientScattering(_) => Model::MultipleScattering,
     }
 }
 

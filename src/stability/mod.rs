@@ -187,6 +187,7 @@ fn with_step(mut params: TechniqueParams, step: Option<f64>) -> TechniqueParams 
         match &mut params {
             TechniqueParams::RayMarch(p) => p.step = step,
             TechniqueParams::SingleScatter(p) => (p.step, p.shadow_step) = (step, step),
+            TechniqueParams::AmbientScattering(p) => p.step = step,
             TechniqueParams::PathTrace(_) => {}
         }
     }

@@ -2,13 +2,15 @@
 //!
 //! One technique is one folder, with the same name here, in `glsl/`, `spirv/` and `tests/goldens/`.
 //! [`medium`] is what they share on the device: the volume, the transfer function and the cells that
-//! say where the medium is empty.
+//! say where the medium is empty; [`summed_area`] what those share that look at neighbourhoods.
 
 mod albedo_volume;
+pub mod ambient_scattering;
 mod inputs;
 mod knob;
 mod lights;
 pub mod medium;
+mod nodes;
 pub mod path_trace;
 mod phase;
 mod plan;
@@ -17,6 +19,7 @@ mod reference_ray;
 mod renderer;
 pub mod single_scatter;
 mod spread;
+pub mod summed_area;
 mod target;
 mod techniques;
 mod view;

@@ -180,8 +180,7 @@ impl Renderer {
         }
         stages.extend(technique.upload(
             &self.device,
-            &self.scene,
-            &medium,
+            (&self.scene, &medium, &target),
             self.dirty,
             &mut |done, total| progress("lighting", done, total),
         )?);

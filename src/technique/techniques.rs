@@ -1,6 +1,7 @@
 //! All techniques in one enum: what the renderer asks of each. A new technique adds an arm to each
 //! function here.
 
+use super::ambient_scattering::{self, AmbientScattering, AmbientScatteringPlan};
 use super::medium::{Medium, MediumPlan};
 use super::path_trace::{self, PathTrace, PathTracePlan};
 use super::ray_march::{self, RayMarch, RayMarchPlan};
@@ -8,13 +9,26 @@ use super::single_scatter::{self, SingleScatter, SingleScatterPlan};
 use super::target::Target;
 use super::{Inputs, Knobs, Plan, PlanError};
 use crate::gpu::{Device, GpuError, Limits, StageTime};
-use crate::scene::{PathTraceParams, RayMarchParams, Scene, SingleScatterParams, TechniqueParams};
+use crate::scene::{
+    AmbientScatteringParams, PathTraceParams, RayMarchParams, Scene, SingleScatterParams,
+    TechniqueParams,
+};
 
 /// Names of all techniques, as in scene files and on the command line.
-pub const NAMES: &[&str] = &[ray_march::NAME, single_scatter::NAME, path_trace::NAME];
+pub const NAMES: &[&str] = &[
+    ray_march::NAME,
+    single_scatter::NAME,
+    ambient_scattering::NAME,
+    path_trace::NAME,
+];
 
 /// What each technique trades speed for accuracy with, for `tyndall study`.
-pub const KNOBS: &[Knobs] = &[ray_march::KNOBS, single_scatter::KNOBS, path_trace::KNOBS];
+pub const KNOBS: &[Knobs] = &[
+    ray_march::KNOBS,
+    single_scatter::KNOBS,
+    ambient_scattering::KNOBS,
+    path_trace::KNOBS,
+];
 
 /// What a technique is going to do for a scene: pure data.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +39,8 @@ pub enum TechniquePlan {
     PathTrace(PathTracePlan, PathTraceParams),
     /// Single scattering with shadows.
     SingleScatter(SingleScatterPlan, SingleScatterParams),
+    /// Multiple scattering near every sample, from a table.
+    AmbientScattering(AmbientScatteringPlan, AmbientScatteringParams),
 }
 
 /// A technique on the device.
@@ -35,6 +51,8 @@ pub enum Technique {
     PathTrace(Box<PathTrace>, PathTraceParams),
     /// Single scattering with shadows.
     SingleScatter(Box<SingleScatter>, SingleScatterParams),
+    /// Multiple scattering near every sample, from a table.
+    AmbientScattering(Box<AmbientScattering>, AmbientScatteringParams),
 }
 
 impl TechniquePlan {
@@ -52,6 +70,10 @@ impl TechniquePlan {
             }
             TechniqueParams::SingleScatter(params) => single_scatter::plan(scene, params, limits)
                 .map(|plan| Self::SingleScatter(plan, *params)),
+            TechniqueParams::AmbientScattering(params) => {
+                ambient_scattering::plan(scene, params, limits)
+                    .map(|plan| Self::AmbientScattering(plan, *params))
+            }
         }
     }
 
@@ -62,6 +84,7 @@ impl TechniquePlan {
             Self::RayMarch(plan, _) => plan.summary(scene),
             Self::PathTrace(plan, _) => plan.summary(scene),
             Self::SingleScatter(plan, _) => plan.summary(scene),
+            Self::AmbientScattering(plan, _) => plan.summary(scene),
         }
     }
 
@@ -72,6 +95,7 @@ impl TechniquePlan {
             Self::RayMarch(plan, _) => &plan.medium,
             Self::PathTrace(plan, _) => &plan.medium,
             Self::SingleScatter(plan, _) => &plan.medium,
+            Self::AmbientScattering(plan, _) => &plan.medium,
         }
     }
 
@@ -82,6 +106,7 @@ impl TechniquePlan {
             Self::RayMarch(plan, _) => plan.march().shader.name,
             Self::PathTrace(plan, _) => plan.trace().shader.name,
             Self::SingleScatter(plan, _) => plan.march().shader.name,
+            Self::AmbientScattering(plan, _) => plan.march().shader.name,
         }
     }
 
@@ -92,6 +117,7 @@ impl TechniquePlan {
             Self::RayMarch(..) => ray_march::stage::READ_BACK,
             Self::PathTrace(..) => path_trace::stage::READ_BACK,
             Self::SingleScatter(..) => single_scatter::stage::READ_BACK,
+            Self::AmbientScattering(..) => ambient_scattering::stage::READ_BACK,
         }
     }
 
@@ -131,6 +157,14 @@ impl TechniquePlan {
                 SingleScatter::new(device, plan, medium, target, old)
                     .map(|technique| Technique::SingleScatter(Box::new(technique), *params))
             }
+            Self::AmbientScattering(plan, params) => {
+                let old = match old {
+                    Some(Technique::AmbientScattering(old, _)) => Some(*old),
+                    _ => None,
+                };
+                AmbientScattering::new(device, plan, medium, target, old)
+                    .map(|technique| Technique::AmbientScattering(Box::new(technique), *params))
+            }
         }
     }
 }
@@ -144,6 +178,8 @@ impl Technique {
             Self::SingleScatter(technique, params) => {
                 technique.write_uniforms(scene, params, medium);
             }
+            // Its uniforms depend on its tables.
+            Self::AmbientScattering(..) => {}
         }
     }
 
@@ -155,8 +191,7 @@ impl Technique {
     pub fn upload(
         &mut self,
         device: &Device,
-        scene: &Scene,
-        medium: &Medium,
+        (scene, medium, target): (&Scene, &Medium, &Target),
         changed: Inputs,
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<Vec<StageTime>, GpuError> {
@@ -170,6 +205,15 @@ impl Technique {
                 )?);
                 Ok(times)
             }
+            Self::AmbientScattering(technique, params) => {
+                let mut times = technique.upload(device, scene)?;
+                technique.write_uniforms(scene, params, medium);
+                let of = (scene, medium, target);
+                times.extend(ambient_scattering::record_radiance_cache(
+                    device, technique, of, changed, progress,
+                )?);
+                Ok(times)
+            }
         }
     }
 
@@ -180,7 +224,7 @@ impl Technique {
     /// The driver's refusal or no memory.
     pub fn variance(&self, device: &Device) -> Result<Option<Vec<[f32; 3]>>, GpuError> {
         match self {
-            Self::RayMarch(..) | Self::SingleScatter(..) => Ok(None),
+            Self::RayMarch(..) | Self::SingleScatter(..) | Self::AmbientScattering(..) => Ok(None),
             Self::PathTrace(technique, _) if technique.samples < 2 => Ok(None),
             Self::PathTrace(technique, _) => technique.variance(device).map(Some),
         }
@@ -190,7 +234,7 @@ impl Technique {
     #[must_use]
     pub const fn samples(&self) -> Option<u32> {
         match self {
-            Self::RayMarch(..) | Self::SingleScatter(..) => None,
+            Self::RayMarch(..) | Self::SingleScatter(..) | Self::AmbientScattering(..) => None,
             Self::PathTrace(technique, _) => Some(technique.samples),
         }
     }
@@ -211,6 +255,9 @@ impl Technique {
             }
             Self::SingleScatter(technique, _) => {
                 single_scatter::record_march(device, technique, progress)
+            }
+            Self::AmbientScattering(technique, _) => {
+                ambient_scattering::record_march(device, technique, progress)
             }
         }
     }

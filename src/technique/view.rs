@@ -3,7 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4};
 
+use super::medium::Medium;
 use crate::scene::{Projection, Scene};
+use crate::volume::Grid;
 
 /// The `View` block, std140. Positions are world units relative to the volume's centre.
 #[repr(C)]
@@ -72,6 +74,34 @@ impl ViewUniform {
             image: [image.width, image.height, image.samples_per_axis, 0],
         }
     }
+}
+
+/// Rows of the affine map from grid coordinates to world units about the volume's centre.
+pub(super) fn grid_rows(grid: &Grid) -> [[f32; 4]; 3] {
+    let rows = grid.world_from_index.matrix3.transpose();
+    let offset = grid.world_from_index.translation - grid.centre();
+    [
+        vec4(rows.x_axis, offset.x),
+        vec4(rows.y_axis, offset.y),
+        vec4(rows.z_axis, offset.z),
+    ]
+}
+
+/// World direction of a texel difference along x, y and z: the gradient of index coordinates, times
+/// the smallest spacing and over the data range, so that its length is of the order of 1 whatever
+/// the units.
+pub(super) fn gradient_rows(scene: &Scene, medium: &Medium) -> [[f32; 4]; 3] {
+    let grid = &scene.volume.grid;
+    let index_from_world = grid.world_from_index.matrix3.inverse().transpose();
+    let (encoding, table) = (&medium.plan.encoding, &medium.plan.table);
+    let range = encoding.texture_value(table.max) - encoding.texture_value(table.min);
+    let scale = grid.spacing().min_element() / range.abs();
+    [
+        index_from_world.x_axis,
+        index_from_world.y_axis,
+        index_from_world.z_axis,
+    ]
+    .map(|row| vec4(row * scale, 0.0))
 }
 
 /// Four shader floats from a double-precision vector and its fourth component.

@@ -4,7 +4,7 @@ use glam::Vec3;
 use serde_json::{Value, json};
 
 use crate::scene::transfer_function::Quantity;
-use crate::scene::{Exposure, Light, Projection, Scene, TechniqueParams};
+use crate::scene::{Exposure, Light, Projection, Radius, Scene, TechniqueParams};
 
 /// Every setting of a resolved scene.
 #[must_use]
@@ -111,6 +111,14 @@ fn light(light: &Light) -> Value {
     }
 }
 
+fn radius(radius: Radius) -> Value {
+    match radius {
+        Radius::Auto => json!("auto"),
+        Radius::Voxels(voxels) => json!(voxels),
+        Radius::World(world) => json!({ "world": world }),
+    }
+}
+
 fn technique(technique: &TechniqueParams) -> Value {
     match technique {
         TechniqueParams::RayMarch(p) => json!({
@@ -144,6 +152,21 @@ fn technique(technique: &TechniqueParams) -> Value {
                 "step": p.step,
                 "shadow_step": p.shadow_step,
                 "cache": p.cache,
+                "early_termination": p.early_termination,
+                "empty_space_skipping": p.empty_space_skipping,
+            }
+        }),
+        TechniqueParams::AmbientScattering(p) => json!({
+            "name": "ambient_scattering",
+            "ambient_scattering": {
+                "step": p.step,
+                "radius": radius(p.radius),
+                "tube": p.tube,
+                "gather": p.gather,
+                "cache": p.cache,
+                "specular": p.specular,
+                "shininess": p.shininess,
+                "occlusion_radius": radius(p.occlusion_radius),
                 "early_termination": p.early_termination,
                 "empty_space_skipping": p.empty_space_skipping,
             }

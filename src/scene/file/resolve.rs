@@ -8,14 +8,14 @@ use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
     AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RawSpec,
-    ShadingSpec, TechniqueName, VolumeSpec,
+    RadiusSpec, ShadingSpec, TechniqueName, VolumeSpec,
 };
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Quantity, automatic, read_file};
 use crate::scene::{
-    Camera, Clip, ControlPoint, Exposure, ImageSettings, LatLongMap, Light, Medium,
-    PathTraceParams, Plane, Projection, RayMarchParams, Scene, Shading, SingleScatterParams,
+    AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure, ImageSettings, LatLongMap, Light, Medium,
+    PathTraceParams, Plane, Projection, Radius, RayMarchParams, Scene, Shading, SingleScatterParams,
     TechniqueParams, TransferFunction, linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
@@ -253,6 +253,9 @@ impl SceneFile {
             Some(TechniqueName::SingleScatter) => {
                 TechniqueParams::SingleScatter(self.single_scatter())
             }
+            Some(TechniqueName::AmbientScattering) => {
+                TechniqueParams::AmbientScattering(self.ambient_scattering())
+            }
         }
     }
 
@@ -263,6 +266,23 @@ impl SceneFile {
             step: s.step.unwrap_or(d.step),
             shadow_step: s.shadow_step.unwrap_or(d.shadow_step),
             cache: s.cache.unwrap_or(d.cache),
+            early_termination: s.early_termination.unwrap_or(d.early_termination),
+            empty_space_skipping: s.empty_space_skipping.unwrap_or(d.empty_space_skipping),
+        }
+    }
+
+    fn ambient_scattering(&self) -> AmbientScatteringParams {
+        let s = &self.spec.technique.ambient_scattering;
+        let d = AmbientScatteringParams::default();
+        AmbientScatteringParams {
+            step: s.step.unwrap_or(d.step),
+            radius: s.radius.map_or(d.radius, radius),
+            tube: s.tube.unwrap_or(d.tube),
+            gather: s.gather.unwrap_or(d.gather),
+            cache: s.cache.unwrap_or(d.cache),
+            specular: s.specular.unwrap_or(d.specular),
+            shininess: s.shininess.unwrap_or(d.shininess),
+            occlusion_radius: s.occlusion_radius.map_or(d.occlusion_radius, radius),
             early_termination: s.early_termination.unwrap_or(d.early_termination),
             empty_space_skipping: s.empty_space_skipping.unwrap_or(d.empty_space_skipping),
         }
@@ -321,6 +341,14 @@ fn raw_layout(r: &RawSpec) -> RawLayout {
         spacing: r.spacing.unwrap_or([1.0; 3]),
         big_endian: r.endian == Some(Endian::Big),
         skip_bytes: r.skip_bytes.unwrap_or(0),
+    }
+}
+
+const fn radius(spec: RadiusSpec) -> Radius {
+    match spec {
+        RadiusSpec::Word(_) => Radius::Auto,
+        RadiusSpec::Voxels(voxels) => Radius::Voxels(voxels),
+        RadiusSpec::World(length) => Radius::World(length.world),
     }
 }
 

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::Rgb;
 use crate::scene::transfer_function::Preset;
-use crate::scene::{Falloff, LightCache, ToneMap};
+use crate::scene::{Falloff, Gather, LightCache, ToneMap, Tube};
 use crate::volume::ScalarType;
 use crate::volume::procedural::Procedural;
 
@@ -309,6 +309,8 @@ pub struct TechniqueSpec {
     pub path_trace: PathTraceSpec,
     /// Parameters of `single_scatter`.
     pub single_scatter: SingleScatterSpec,
+    /// Parameters of `ambient_scattering`.
+    pub ambient_scattering: AmbientScatteringSpec,
 }
 
 /// The techniques.
@@ -319,6 +321,7 @@ pub enum TechniqueName {
     RayMarch,
     PathTrace,
     SingleScatter,
+    AmbientScattering,
 }
 
 /// Emission-absorption and gradient shading.
@@ -372,6 +375,58 @@ pub struct SingleScatterSpec {
     pub early_termination: Option<f64>,
     /// Skip cells that the transfer function makes empty. Default: true.
     pub empty_space_skipping: Option<bool>,
+}
+
+/// Multiple scattering near every sample, from a table.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AmbientScatteringSpec {
+    /// Largest distance between samples in voxels of the smallest spacing, in [1/64, 64]. Default: 0.5.
+    #[schemars(range(min = 0.015625, max = 64))]
+    pub step: Option<f64>,
+    /// Radius of the sphere about a sample within which light is scattered: `auto` (default, one mean
+    /// free path within a voxel and a sixteenth of the volume), voxels, or a table `{ world = 2.5 }`.
+    pub radius: Option<RadiusSpec>,
+    /// How light is dimmed on its way: `slab` (default), `normalized`, or `literal`, the paper's.
+    pub tube: Option<Tube>,
+    /// How light is gathered along a camera ray: `split` (default), or `literal`, the paper's.
+    pub gather: Option<Gather>,
+    /// How densely the light that arrives is kept: `full`, a node a voxel; `half` (default), one every
+    /// two voxels; `none`: a tube for every look.
+    pub cache: Option<LightCache>,
+    /// Factor of highlights where the gradient mirrors a light, >= 0. Default: 0.
+    pub specular: Option<f32>,
+    /// Exponent of the highlights, in [1, 1000]. Default: 20.
+    #[schemars(range(min = 1, max = 1000))]
+    pub shininess: Option<f32>,
+    /// Radius of the ambient occlusion by which environments light the medium: `auto` (default, 14
+    /// voxels), voxels, or a table `{ world = 2.5 }`.
+    pub occlusion_radius: Option<RadiusSpec>,
+    /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off. Default: 0.98.
+    pub early_termination: Option<f64>,
+    /// Skip cells that the transfer function makes empty. Default: true.
+    pub empty_space_skipping: Option<bool>,
+}
+
+/// `auto`, a number of voxels, or a table of world units.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "`auto`, a number of voxels, or a table { world = UNITS }"
+)]
+#[allow(missing_docs, reason = "the words say it")]
+pub enum RadiusSpec {
+    Voxels(f64),
+    Word(AutoWord),
+    World(WorldLength),
+}
+
+/// A length in world units.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorldLength {
+    /// World units, > 0.
+    pub world: f64,
 }
 
 /// A switch, or factors of Blinn-Phong shading.

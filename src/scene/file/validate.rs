@@ -2,7 +2,9 @@
 
 use super::Rgb;
 use super::error::Problem;
-use super::spec::{EnvironmentSpec, ExposureSpec, LightSpec, RawSpec, SceneSpec, ShadingSpec};
+use super::spec::{
+    EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, SceneSpec, ShadingSpec,
+};
 
 /// The first value that is out of range.
 pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
@@ -26,6 +28,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     image(s)?;
     path_trace(s)?;
     single_scatter(s)?;
+    ambient_scattering(s)?;
     ray_march(s)
 }
 
@@ -289,6 +292,26 @@ fn single_scatter(s: &SceneSpec) -> Result<(), Problem> {
     within(&key("step"), p.step, 1.0 / 64.0, 64.0)?;
     within(&key("shadow_step"), p.shadow_step, 1.0 / 64.0, 64.0)?;
     within(&key("early_termination"), p.early_termination, 1e-6, 1.0)
+}
+
+fn ambient_scattering(s: &SceneSpec) -> Result<(), Problem> {
+    let p = &s.technique.ambient_scattering;
+    let key = |name: &str| format!("technique.ambient_scattering.{name}");
+    within(&key("step"), p.step, 1.0 / 64.0, 64.0)?;
+    radius(&key("radius"), p.radius)?;
+    radius(&key("occlusion_radius"), p.occlusion_radius)?;
+    at_least(&key("specular"), p.specular.map(f64::from), 0.0)?;
+    within(&key("shininess"), p.shininess.map(f64::from), 1.0, 1000.0)?;
+    within(&key("early_termination"), p.early_termination, 1e-6, 1.0)
+}
+
+/// A sixty-fourth of a voxel and more: below, a tube has more steps than a shader can take.
+fn radius(key: &str, radius: Option<RadiusSpec>) -> Result<(), Problem> {
+    match radius {
+        Some(RadiusSpec::Voxels(voxels)) => within(key, Some(voxels), 1.0 / 64.0, 65536.0),
+        Some(RadiusSpec::World(length)) => positive(&format!("{key}.world"), Some(length.world)),
+        _ => Ok(()),
+    }
 }
 
 fn ray_march(s: &SceneSpec) -> Result<(), Problem> {

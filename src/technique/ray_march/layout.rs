@@ -6,7 +6,7 @@ use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{RayMarchParams, Scene};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{Medium, MediumPlan};
-use crate::technique::view::vec4;
+use crate::technique::view::{gradient_rows, vec4};
 
 /// The march by the device's filter, and by loads of 8-bit, 16-bit and float texels. They differ in
 /// how bindings 2 to 4, the medium, are read.
@@ -106,23 +106,6 @@ impl MarchUniform {
             lights: lights::uniforms(&scene.lights, grid.centre()),
         }
     }
-}
-
-/// World direction of a texel difference along x, y and z: the gradient of index coordinates, times
-/// the smallest spacing and over the data range, so that its length is of the order of 1 whatever
-/// the units.
-fn gradient_rows(scene: &Scene, medium: &Medium) -> [[f32; 4]; 3] {
-    let grid = &scene.volume.grid;
-    let index_from_world = grid.world_from_index.matrix3.inverse().transpose();
-    let (encoding, table) = (&medium.plan.encoding, &medium.plan.table);
-    let range = encoding.texture_value(table.max) - encoding.texture_value(table.min);
-    let scale = grid.spacing().min_element() / range.abs();
-    [
-        index_from_world.x_axis,
-        index_from_world.y_axis,
-        index_from_world.z_axis,
-    ]
-    .map(|row| vec4(row * scale, 0.0))
 }
 
 /// Largest distance between samples, world units.

@@ -5,14 +5,8 @@ use glam::{DVec3, UVec3};
 use super::plan::{MAX_ROUNDS, MAX_SAMPLES};
 use crate::gpu::{Format, Limits};
 use crate::scene::{LightCache, Scene, SingleScatterParams};
+use crate::technique::nodes::Nodes;
 use crate::technique::{PlanError, ResourceKind, ResourcePlan};
-
-/// Nodes span this many voxels at least, where a clip box keeps less.
-const THINNEST: f64 = 4e-3;
-
-/// Intervals along the longest side, at least: depths also bend at the volume's edges, whatever the
-/// voxels.
-const MIN_INTERVALS: f64 = 63.0;
 
 /// Most slices of nodes a dispatch: Vulkan guarantees 65,535 workgroups along z.
 const MAX_SLICES: u64 = 32_768;
@@ -56,20 +50,18 @@ impl CachePlan {
         if lights == 0 {
             return Ok(None);
         }
-        let (low, high) = kept(scene);
-        let size = high - low;
-        let world = size * scene.volume.grid.spacing();
-        let widest = world.max_element() / MIN_INTERVALS / scene.volume.grid.spacing();
-        // Rounding does not add an interval to a whole number of them.
-        let intervals = (size / widest.min(DVec3::splat(voxels)) - 1e-6).ceil();
-        let nodes = intervals.max(DVec3::ONE).as_uvec3() + 1;
+        let Nodes {
+            count: nodes,
+            first,
+            spacing,
+        } = Nodes::new(scene, voxels);
         let samples = shadow_samples(scene, params)?;
         let per_slice = samples * u64::from(nodes.x) * u64::from(nodes.y);
         let slices = (MAX_SAMPLES / per_slice.max(1)).clamp(1, MAX_SLICES.min(u64::from(nodes.z)));
         let plan = Self {
             nodes,
-            first: low,
-            spacing: size / (nodes - 1).as_dvec3(),
+            first,
+            spacing,
             lights,
             slices_per_submission: u32::try_from(slices).unwrap_or(1),
             shadow_step: params.shadow_step,
@@ -135,28 +127,6 @@ impl CachePlan {
         }
         Ok(())
     }
-}
-
-/// Corners, in grid coordinates, of a box around all that the clip box keeps of the volume.
-fn kept(scene: &Scene) -> (DVec3, DVec3) {
-    let grid = &scene.volume.grid;
-    let (mut low, mut high) = (DVec3::splat(-0.5), grid.dims.as_dvec3() - 0.5);
-    if let Some((min, max)) = scene.clip.bounds {
-        let inverse = grid.world_from_index.inverse();
-        let corner = |i: u32| {
-            let upper = (UVec3::new(i, i >> 1, i >> 2) & 1).as_dvec3();
-            inverse.transform_point3(min + upper * (max - min))
-        };
-        let corners = (0..8).map(corner);
-        let (clip_low, clip_high) = corners
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-                (low.min(p), high.max(p))
-            });
-        // A clip box beside the volume keeps nothing: one cell of nodes that nobody reads.
-        low = low.max(clip_low).min(high - 1.0);
-        high = high.min(clip_high).max(low + THINNEST);
-    }
-    (low, high)
 }
 
 /// Samples on the longest possible shadow ray.

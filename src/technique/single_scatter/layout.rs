@@ -8,7 +8,7 @@ use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{Scene, SingleScatterParams};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{Medium, MediumPlan};
-use crate::technique::view::vec4;
+use crate::technique::view::{grid_rows, vec4};
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 
@@ -153,8 +153,6 @@ impl ScatterUniform {
             None => (DVec3::ZERO, DVec3::ONE, DVec3::ONE),
         };
         let shadow_step = params.shadow_step * grid.spacing().min_element();
-        let rows = grid.world_from_index.matrix3.transpose();
-        let offset = grid.world_from_index.translation - grid.centre();
         Self {
             table: [table_min, table_scale, entries, m.albedo as f32],
             dims: vec4(grid.dims.as_dvec3(), step_length(scene, params)),
@@ -162,11 +160,7 @@ impl ScatterUniform {
             node_first: vec4(first, shadow_step),
             node_spacing: vec4(spacing, m.phase_g),
             node_last: vec4(nodes - 1.0, m.emission),
-            world_from_grid: [
-                vec4(rows.x_axis, offset.x),
-                vec4(rows.y_axis, offset.y),
-                vec4(rows.z_axis, offset.z),
-            ],
+            world_from_grid: grid_rows(grid),
             lights: lights::uniforms(&scene.lights, grid.centre()),
         }
     }

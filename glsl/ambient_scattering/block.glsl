@@ -1,0 +1,91 @@
+// Samples in a row along a camera ray.
+
+// A ray in voxels: where its first sample lies, and the step to the next.
+struct GridRay {
+    vec3 first;
+    vec3 per_step;
+};
+
+// Along the camera ray: place of the first sample and direction in the world, the same in the grid.
+struct ViewRay {
+    vec3 x_first;
+    vec3 direction;
+    GridRay grid;
+    float dt;
+    float delay; // steps across a radius
+};
+
+// Optical depths from the eye: to a sample, and to where the light gathered at it sets out.
+struct Depths {
+    float at;
+    float from;
+};
+
+// Each sample's share of its light that reaches the eye, of what it emits, its colour, and its albedo over the
+// medium's factor.
+struct Block {
+    float weight[BLOCK];
+    float emitted[BLOCK];
+    vec3 color[BLOCK];
+    vec3 albedo[BLOCK];
+    bool is_lit;
+};
+
+ViewRay view_ray(Ray camera, vec2 t, int count) {
+    float dt = (t.y - t.x) / float(count);
+    vec3 x_first = camera.origin + (t.x + 0.5 * dt) * camera.direction;
+    vec3 dims = last_voxel + 1.0;
+    GridRay grid = GridRay(texture_point(x_first) * dims - 0.5, texture_direction(camera.direction) * dt * dims);
+    return ViewRay(x_first, camera.direction, grid, dt, ambient.node_first.w / dt);
+}
+
+float entry_of(float value) {
+    return clamp((value - table.x) * table.y, 0.0, table.z - 1.0);
+}
+
+// 1 only where no voxel in the filter's reach is NaN or infinite.
+float finite_weight(vec3 q) {
+    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
+}
+
+// Depths of the samples a radius nearer to the eye than i to i + BLOCK - 1 [Ament2013, Algorithm 1].
+void delayed_depths(ViewRay ray, int i, int count, out float dtau[BLOCK]) {
+    vec3 q = ray.grid.first - ray.delay * ray.grid.per_step;
+    float values[MAX_BLOCK];
+    block_values(q, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    for (int k = 0; k < BLOCK; ++k) {
+        // Before the volume there is nothing.
+        float at = float(i + k) - ray.delay;
+        dtau[k] = i + k < count && at > -0.5 ? extinction_at(entry_of(values[k]), table.z) * ray.dt : 0.0;
+        if (MASKED) dtau[k] *= finite_weight(q + float(i + k) * ray.grid.per_step);
+    }
+}
+
+// Samples i to i + BLOCK - 1; those past the ray's end, or its last that can be seen, are empty.
+Block sample_block(ViewRay ray, int i, int count, float tau_end, inout Depths depths) {
+    Block block;
+    float values[MAX_BLOCK], delayed[BLOCK];
+    block_values(ray.grid.first, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    if (LITERAL_GATHER) delayed_depths(ray, i, count, delayed);
+    float begin = depths.at;
+    float before = exp(-depths.at);
+    for (int k = 0; k < BLOCK; ++k) {
+        vec4 material = table_at(entry_of(values[k]), table.z);
+        float dtau = i + k < count && depths.from < tau_end ? material.a * ray.dt : 0.0;
+        if (MASKED) dtau *= finite_weight(ray.grid.first + float(i + k) * ray.grid.per_step);
+        depths.at += dtau;
+        float after = exp(-depths.at);
+        block.emitted[k] = absorbed(before, after, dtau);
+        block.weight[k] = LITERAL_GATHER ? exp(-depths.from) * dtau : block.emitted[k];
+        depths.from = LITERAL_GATHER ? depths.from + delayed[k] : depths.at;
+        before = after;
+        block.color[k] = material.rgb;
+        block.albedo[k] = material.rgb;
+        if (ALBEDO_VOLUME) {
+            vec3 q = ray.grid.first + float(i + k) * ray.grid.per_step;
+            block.albedo[k] = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
+        }
+    }
+    block.is_lit = depths.at > begin;
+    return block;
+}

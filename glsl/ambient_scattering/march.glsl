@@ -1,0 +1,156 @@
+// The march, whatever the medium is read through: shared/medium_filtered.glsl or
+// shared/medium_loaded.glsl.
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const bool CLIP_BOX = false;
+layout(constant_id = 1) const bool CLIP_PLANE = false;
+layout(constant_id = 2) const bool POINT_LIGHTS = false;
+layout(constant_id = 3) const bool LINEAR_TUBE = false;
+layout(constant_id = 4) const uint SPREAD = 1;
+layout(constant_id = 5) const bool SKIP_EMPTY = false;
+layout(constant_id = 6) const bool MASKED = false;
+layout(constant_id = 7) const uint LIGHT_COUNT = 0;
+layout(constant_id = 8) const bool CACHED = false;
+layout(constant_id = 9) const bool ISOTROPIC = false;
+layout(constant_id = 10) const bool EMISSION = false;
+layout(constant_id = 11) const bool ALBEDO_VOLUME = false;
+layout(constant_id = 12) const bool LITERAL_GATHER = false;
+layout(constant_id = 13) const bool SPECULAR = false;
+layout(constant_id = 14) const bool ENVIRONMENT = false;
+layout(constant_id = 15) const int INTERVAL = 4; // samples between two looks at the light
+
+const int BLOCK = 4;
+const float INV_4_PI = 0.0795774715;
+const float INV_PI = 0.318309886;
+
+#define AMBIENT_BINDING 5
+#include "ambient_scattering/tube.glsl"
+#include "shared/empty_space.glsl"
+#include "shared/phase.glsl"
+#include "shared/transmittance.glsl"
+
+layout(set = 0, binding = 5) uniform sampler3D finite_mask;
+layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;
+layout(set = 0, binding = 12) uniform sampler3D albedo_volume;
+
+// The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
+vec4 table;
+vec3 last_voxel; // largest grid coordinates
+
+#include "ambient_scattering/look.glsl"
+#include "ambient_scattering/block.glsl"
+#include "ambient_scattering/highlight.glsl"
+
+layout(push_constant) uniform Push {
+    uint first_tile;
+    uint tile_count;
+    uint sub_sample;
+} push;
+
+// The looks that a ray has taken: light at two ends of an interval of samples, straight between.
+struct Interval {
+    vec3 here[LOOKS];
+    vec3 ahead[LOOKS];
+    int begin;
+    int end;
+};
+
+// Brings the interval to sample i.
+void take_looks(ViewRay ray, int i, bool lit, inout Interval interval) {
+    int looks = !lit || i < interval.end ? 0 : i == interval.end ? 1 : 2;
+    for (uint l = 0; l < LOOKS; ++l) interval.here[l] = looks == 1 ? interval.ahead[l] : interval.here[l];
+    // A loop, not a branch: software drivers go through branches that no lane takes.
+    for (int n = 2 - looks; n < 2; ++n) {
+        vec3 x = ray.x_first + (float(i + n * INTERVAL) - 0.5) * ray.dt * ray.direction;
+        vec3 seen[LOOKS];
+        look(x, ray.direction, seen);
+        for (uint l = 0; l < LOOKS; ++l) {
+            interval.here[l] = n == 0 ? seen[l] : interval.here[l];
+            interval.ahead[l] = n == 1 ? seen[l] : interval.ahead[l];
+        }
+    }
+    interval.begin = looks > 0 ? i : interval.begin;
+    interval.end = looks > 0 ? i + INTERVAL : interval.end;
+}
+
+// Radiance that a block gathers from all lights, each weakened by its distance over the block.
+vec3 gathered(Block block, ViewRay ray, int i, Interval interval) {
+    vec3 first = interval.here[LIGHT_COUNT], last = interval.ahead[LIGHT_COUNT];
+    float length_block = float(BLOCK) * ray.dt;
+    vec3 middle = ray.x_first + (float(i) + 0.5 * float(BLOCK - 1)) * ray.dt * ray.direction;
+    for (uint l = 0; l < LIGHT_COUNT; ++l) {
+        float falloff = 1.0;
+        if (POINT_LIGHTS) {
+            Light light = ambient.lights[l];
+            bool weakens = light.place.w > 0.0 && light.irradiance.w > 0.0;
+            falloff = weakens ? mean_falloff(light.place.xyz, middle, ray.direction, length_block) : 1.0;
+        }
+        first += falloff * interval.here[l];
+        last += falloff * interval.ahead[l];
+    }
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < BLOCK; ++k) {
+        float between = (float(i + k - interval.begin) + 0.5) / float(INTERVAL);
+        sum += block.weight[k] * block.albedo[k] * mix(first, last, between);
+    }
+    return ambient.table.w * sum;
+}
+
+vec4 march_ray(Ray camera, vec2 t) {
+    int count = steps_along(t.y - t.x, ambient.dims.w);
+    ViewRay ray = view_ray(camera, t, count);
+    CellRay cell = cell_ray((ray.grid.first + 0.5) / (last_voxel + 1.0), ray.grid.per_step / (last_voxel + 1.0),
+                            ambient.cell_scale.xyz);
+    float tau_end = ambient.cell_scale.w;
+    vec3 sum = vec3(0.0);
+    Depths depths = Depths(0.0, 0.0);
+    Interval interval;
+    interval.begin = interval.end = -1;
+    int i = 0;
+    while (i < count && depths.from < tau_end) {
+        if (SKIP_EMPTY) {
+            // Neighbouring rays skip together, so that they also sample together.
+            int skipped;
+            do {
+                skipped = empty_steps(cell, float(i), last_voxel);
+                if (LITERAL_GATHER) skipped = min(skipped, empty_steps(cell, max(float(i) - ray.delay, 0.0), last_voxel));
+                i += skipped;
+            } while (skipped > 0 && i < count);
+            if (i >= count) break;
+        }
+        Block block = sample_block(ray, i, count, tau_end, depths);
+        take_looks(ray, i, block.is_lit, interval);
+        sum += block.is_lit ? gathered(block, ray, i, interval) : vec3(0.0);
+        if (SPECULAR) sum += highlight(block, ray, i);
+        if (EMISSION) {
+            for (int k = 0; k < BLOCK; ++k) sum += ambient.node_last.w * block.emitted[k] * block.color[k];
+        }
+        i += BLOCK;
+    }
+    return vec4(sum, absorbed(1.0, exp(-depths.at), depths.at));
+}
+
+void main() {
+    table = ambient.table;
+    last_voxel = ambient.dims.xyz - 1.0;
+    // Tiles are dealt out to SPREAD streams, so that drivers which give each thread one contiguous
+    // run of workgroups still share the picture's busy middle evenly.
+    uint streams = (push.tile_count + SPREAD - 1) / SPREAD;
+    uint index = (gl_WorkGroupID.x % streams) * SPREAD + gl_WorkGroupID.x / streams;
+    if (index >= push.tile_count) return;
+    uint tile = push.first_tile + index;
+    uint tiles_x = (view.image.x + 7) / 8;
+    // Lanes in 4 x 2 blocks: eight neighbouring rays take similar paths.
+    uint lane = gl_LocalInvocationIndex;
+    uvec2 in_tile = uvec2((lane & 3) | ((lane >> 1) & 4), ((lane >> 2) & 1) | ((lane >> 3) & 6));
+    uvec2 pixel = uvec2(tile % tiles_x, tile / tiles_x) * 8 + in_tile;
+    if (any(greaterThanEqual(pixel, view.image.xy))) return;
+
+    Ray ray = camera_ray(pixel, push.sub_sample);
+    vec2 t = inside(vec2(ray.t_min, 3.0e38), ray.origin, ray.direction);
+    vec4 result = t.x < t.y ? march_ray(ray, t) : vec4(0.0);
+    result.rgb += (1.0 - result.a) * view.background.rgb;
+    result /= float(view.image.z * view.image.z);
+    if (push.sub_sample > 0) result += imageLoad(radiance, ivec2(pixel));
+    imageStore(radiance, ivec2(pixel), result);
+}

@@ -1,0 +1,64 @@
+// The extinction of every cell, whatever the medium is read through: shared/medium_filtered.glsl or
+// shared/medium_loaded.glsl.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(constant_id = 0) const bool SKIP_EMPTY = false;
+layout(constant_id = 1) const bool MASKED = false;
+layout(constant_id = 2) const bool CLIP_BOX = false;
+layout(constant_id = 3) const bool CLIP_PLANE = false;
+layout(constant_id = 4) const int MEDIUM_CELL = 4; // voxels along the edge of a cell of the medium
+
+#include "shared/view.glsl"
+
+layout(std140, set = 0, binding = 1) uniform Area {
+    vec4 table;              // texture value of the first entry, entries a unit of it, entries; w: levels
+                             // a unit of extinction and voxel
+    uvec4 dims;              // voxels along x, y, z; w unused
+    uvec4 cell;              // voxels of a cell along x, y, z; w unused
+    vec4 world_from_grid[3]; // rows of the affine map to world units about the volume's centre
+} area;
+
+layout(set = 0, binding = 5) uniform sampler3D finite_mask;
+layout(set = 0, binding = 6, r32ui) writeonly uniform uimage3D sums;
+
+layout(push_constant) uniform Push {
+    uint first_slice;
+    uint slice_count;
+} push;
+
+// Whether the voxel counts: it is finite and not clipped away.
+bool is_kept(ivec3 voxel) {
+    if (MASKED && texelFetch(finite_mask, voxel, 0).r < 0.999) return false;
+    if (CLIP_BOX || CLIP_PLANE) {
+        vec4 q = vec4(vec3(voxel), 1.0);
+        vec3 x = vec3(dot(area.world_from_grid[0], q), dot(area.world_from_grid[1], q),
+                      dot(area.world_from_grid[2], q));
+        if (CLIP_BOX && (any(lessThan(x, view.clip_min.xyz)) || any(greaterThan(x, view.clip_max.xyz)))) return false;
+        if (CLIP_PLANE && dot(view.clip_plane.xyz, x) + view.clip_plane.w < 0.0) return false;
+    }
+    return true;
+}
+
+void main() {
+    ivec3 cell = ivec3(gl_GlobalInvocationID.xy, gl_GlobalInvocationID.z + push.first_slice);
+    if (gl_GlobalInvocationID.z >= push.slice_count || any(greaterThanEqual(cell, imageSize(sums)))) return;
+    vec4 table = area.table;
+    ivec3 first = cell * ivec3(area.cell.xyz);
+    ivec3 end = min(first + ivec3(area.cell.xyz), ivec3(area.dims.xyz));
+    if (SKIP_EMPTY) {
+        // Cells nearer than the distance are empty. No loop then, rather than a branch: software drivers go
+        // through branches that no lane takes.
+        ivec3 across = (end - 1) / MEDIUM_CELL - first / MEDIUM_CELL;
+        int reach = int(distance_at(first / MEDIUM_CELL));
+        if (reach > max(across.x, max(across.y, across.z))) end.z = first.z;
+    }
+    float sum = 0.0;
+    for (int z = first.z; z < end.z; ++z)
+        for (int y = first.y; y < end.y; ++y)
+            for (int x = first.x; x < end.x; ++x) {
+                float entry = clamp((texel(x, y, z) - table.x) * table.y, 0.0, table.z - 1.0);
+                float sigma_t = extinction_at(entry, table.z);
+                sum += is_kept(ivec3(x, y, z)) ? sigma_t : 0.0;
+            }
+    imageStore(sums, cell, uvec4(uint(sum * table.w + 0.5)));
+}

@@ -1,0 +1,103 @@
+//! The radiance cache: a grid of nodes over the kept part of the volume, one block of nodes a light.
+
+use glam::UVec3;
+
+use crate::gpu::{Format, Limits};
+use crate::scene::{AmbientScatteringParams, LightCache, Scene};
+use crate::technique::nodes::Nodes;
+use crate::technique::{PlanError, ResourceKind, ResourcePlan};
+
+/// Tube steps a submission, so that none runs long.
+const MAX_STEPS: u64 = 1 << 27;
+
+/// Most slices of nodes a dispatch: Vulkan guarantees 65,535 workgroups along z.
+const MAX_SLICES: u64 = 32_768;
+
+/// What would make the cache smaller.
+const SHRINK: &str = "set technique.ambient_scattering.cache = \"half\" or \"none\"";
+
+/// Where the nodes are, and how they are filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CachePlan {
+    /// The grid.
+    pub nodes: Nodes,
+    /// Lights, stacked along z.
+    pub lights: u32,
+    /// Slices of nodes a submission, so that none runs long.
+    pub slices_per_submission: u32,
+}
+
+impl CachePlan {
+    /// Plans the nodes for a scene with `lights` lights and tubes of at most `steps` steps; none where nothing
+    /// is cached.
+    ///
+    /// # Errors
+    /// The nodes of all lights exceed a 3D image.
+    pub(super) fn new(
+        scene: &Scene,
+        params: &AmbientScatteringParams,
+        (lights, steps): (u32, u64),
+        limits: &Limits,
+    ) -> Result<Option<Self>, PlanError> {
+        let voxels = match params.cache {
+            LightCache::None => return Ok(None),
+            LightCache::Half => 2.0,
+            LightCache::Full => 1.0,
+        };
+        if lights == 0 {
+            return Ok(None);
+        }
+        let nodes = Nodes::new(scene, voxels);
+        let per_slice = steps * u64::from(nodes.count.x) * u64::from(nodes.count.y);
+        let slices = MAX_STEPS / per_slice.max(1);
+        let slices = slices.clamp(1, MAX_SLICES.min(u64::from(nodes.count.z)));
+        let plan = Self {
+            nodes,
+            lights,
+            slices_per_submission: u32::try_from(slices).unwrap_or(1),
+        };
+        let extent = plan.extent();
+        if extent.max_element() > limits.max_image_3d {
+            return Err(PlanError::Limit {
+                what: "radiance_cache".to_owned(),
+                found: format!(
+                    "{} x {} x {} nodes for {lights} lights",
+                    extent.x, extent.y, extent.z
+                ),
+                limit: format!(
+                    "the device's 3D images reach {} along an axis",
+                    limits.max_image_3d
+                ),
+                fix: format!("{SHRINK}, or remove lights"),
+            });
+        }
+        Ok(Some(plan))
+    }
+
+    /// Nodes along x, y and z of all lights.
+    #[must_use]
+    pub fn extent(&self) -> UVec3 {
+        let n = self.nodes.count;
+        UVec3::new(n.x, n.y, n.z.saturating_mul(self.lights))
+    }
+
+    /// The cache's memory.
+    #[must_use]
+    pub fn resource(&self) -> ResourcePlan {
+        let extent = self.extent();
+        ResourcePlan {
+            name: "radiance_cache",
+            kind: ResourceKind::Auxiliary,
+            extent,
+            format: Format::R16G16B16A16_SFLOAT,
+            bytes: 8 * extent.as_u64vec3().element_product(),
+            shrink: SHRINK,
+        }
+    }
+
+    /// Submissions that fill one light's nodes.
+    #[must_use]
+    pub const fn submissions(&self) -> u32 {
+        self.nodes.count.z.div_ceil(self.slices_per_submission)
+    }
+}

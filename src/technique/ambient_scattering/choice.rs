@@ -1,0 +1,99 @@
+//! What the scene as a whole decides: the radius where none is given, and the albedo of the tables.
+
+use glam::DVec3;
+
+use crate::scene::{Radius, Scene};
+
+/// An automatic radius is at most this share of the cube root of the volume.
+const LARGEST_SHARE: f64 = 1.0 / 16.0;
+
+/// Voxels of an automatic radius of ambient occlusion, as in the paper's figures.
+const OCCLUSION_VOXELS: f64 = 14.0;
+
+/// Most colours of an albedo volume that are looked at.
+const MAX_COLORS: usize = 1 << 16;
+
+/// Radius of the sphere about a sample, world units: where it is automatic, a mean free path in the medium, at
+/// least a voxel, at most a sixteenth of the volume's size; where it is given, at most half the volume's.
+#[must_use]
+pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
+    let grid = &scene.volume.grid;
+    let voxel = grid.spacing().min_element();
+    let size = grid.spacing() * grid.dims.as_dvec3();
+    match wanted {
+        Radius::Auto => {
+            let free = 1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE);
+            let largest = LARGEST_SHARE * size.element_product().cbrt();
+            free.min(largest).max(voxel)
+        }
+        Radius::Voxels(voxels) => limited(voxels * voxel, size),
+        Radius::World(world) => limited(world, size),
+    }
+}
+
+/// Radius of ambient occlusion, world units.
+#[must_use]
+pub fn occlusion_radius(scene: &Scene, wanted: Radius) -> f64 {
+    match wanted {
+        Radius::Auto => radius(scene, Radius::Voxels(OCCLUSION_VOXELS)),
+        given => radius(scene, given),
+    }
+}
+
+fn limited(radius: f64, size: DVec3) -> f64 {
+    radius.min(0.5 * size.max_element())
+}
+
+/// Extinction of what is seen, per world unit: the mean over voxels, each weighted by its opacity.
+fn typical_extinction(scene: &Scene) -> f64 {
+    let voxel = scene.volume.grid.spacing().min_element();
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (count, _, sigma_t) in classes(scene) {
+        let weight = count * -(-sigma_t * voxel).exp_m1();
+        sum += weight * sigma_t;
+        weights += weight;
+    }
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+/// Mean albedo of the medium, RGB, weighted by extinction: what light meets on its way.
+#[must_use]
+pub fn albedo(scene: &Scene) -> DVec3 {
+    let mean = match &scene.medium.albedo_volume {
+        Some(colors) => {
+            let count = colors.dims.as_u64vec3().element_product() as usize;
+            let stride = count.div_ceil(MAX_COLORS).max(1);
+            let grid = scene.volume.grid.dims;
+            weighted((0..count).step_by(stride).map(|i| {
+                let (x, y) = (grid.x as usize, grid.y as usize);
+                let at = DVec3::new((i % x) as f64, (i / x % y) as f64, (i / x / y) as f64);
+                let value = scene.volume.sample_index(at);
+                let sigma_t = scene.medium.transfer_function.sigma_t(value);
+                (sigma_t, colors.color(i))
+            }))
+        }
+        None => weighted(classes(scene).map(|(count, color, sigma_t)| (count * sigma_t, color))),
+    };
+    (scene.medium.albedo * mean).clamp(DVec3::ZERO, DVec3::ONE)
+}
+
+/// White where nothing weighs.
+fn weighted(list: impl Iterator<Item = (f64, DVec3)>) -> DVec3 {
+    let (weight, sum) = list.fold((0.0, DVec3::ZERO), |(weight, sum), (w, color)| {
+        (weight + w, sum + w * color)
+    });
+    if weight > 0.0 { sum / weight } else { DVec3::ONE }
+}
+
+/// Voxels, colour and extinction of every bin of the histogram.
+fn classes(scene: &Scene) -> impl Iterator<Item = (f64, DVec3, f64)> {
+    let (s, m) = (&scene.statistics, &scene.medium);
+    let width = (s.max - s.min) / s.histogram.len().max(1) as f64;
+    let bins = s.histogram.iter().enumerate().filter(|(_, n)| **n > 0);
+    bins.map(move |(i, count)| {
+        let value = s.min + (i as f64 + 0.5) * width;
+        let color = m.transfer_function.evaluate(value).0.as_dvec3();
+        let sigma_t = m.transfer_function.sigma_t(value) * m.density_scale;
+        (*count as f64, color, sigma_t)
+    })
+}

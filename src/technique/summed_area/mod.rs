@@ -1,0 +1,16 @@
+//! Summed-area tables of the medium's extinction: sums over boxes at a cost that does not depend on their
+//! size. Shared by the techniques that look at neighbourhoods.
+//!
+//! Stages, formats and reasons: `README.md` in this folder.
+
+mod field;
+mod layout;
+mod plan;
+mod record;
+mod resources;
+
+pub use field::{Field, FieldKind, FieldPlan};
+pub use layout::{AreaUniform, BoxPush, ExtinctionPush, LAYOUTS};
+pub use plan::{CONSTANTS, SummedAreaPlan, box_side, stage};
+pub use record::record_sums;
+pub use resources::{SummedArea, Sums};

@@ -1,0 +1,191 @@
+//! How finely a scene's extinction is summed.
+
+use glam::{DVec3, UVec3};
+
+use super::layout;
+use crate::gpu::{Format, Limits, Specialization, StageLayout};
+use crate::scene::Scene;
+use crate::technique::medium::MediumPlan;
+use crate::technique::{Input, Inputs, PlanError, ResourceKind, ResourcePlan, StagePlan};
+
+/// Stage names.
+pub mod stage {
+    /// Extinction of every cell, the volume read through the device's filter.
+    pub const EXTINCTION: &str = "summed_area.extinction";
+    /// The same by loads of 8-bit texels.
+    pub const EXTINCTION_R8: &str = "summed_area.extinction_r8";
+    /// The same by loads of 16-bit texels.
+    pub const EXTINCTION_R16: &str = "summed_area.extinction_r16";
+    /// The same by loads of float texels.
+    pub const EXTINCTION_R32F: &str = "summed_area.extinction_r32f";
+    /// Running sums along x, y and z.
+    pub const SCAN: &str = "summed_area.scan";
+    /// Mean extinction of a box about every cell.
+    pub const AMBIENT_EXTINCTION: &str = "summed_area.ambient_extinction";
+    /// Occlusion by three boxes about every cell.
+    pub const OCCLUSION: &str = "summed_area.occlusion";
+}
+
+const fn constant(id: u32, name: &'static str) -> Specialization {
+    Specialization { id, name, value: 0 }
+}
+
+/// Constants of `summed_area.extinction`, in the order of their ids.
+pub const CONSTANTS: [Specialization; 5] = [
+    constant(0, "SKIP_EMPTY"),
+    constant(1, "MASKED"),
+    constant(2, "CLIP_BOX"),
+    constant(3, "CLIP_PLANE"),
+    constant(4, "MEDIUM_CELL"),
+];
+
+/// Cells along a radius, at least, where voxels are not coarser: a box is then sharp enough (the README has
+/// the error) and the table small.
+const CELLS_A_RADIUS: f64 = 2.5;
+
+/// Voxels classified a submission, so that none runs long.
+const MAX_VOXELS: u64 = 1 << 28;
+
+/// Levels that the sum over a box may reach, so that differences of sums have a sign.
+const MAX_SUM: f64 = (1u64 << 31) as f64 * 0.98;
+
+/// Most levels of one cell: a 32-bit float holds every whole number up to here.
+const MAX_LEVEL: f64 = (1 << 24) as f64;
+
+/// Cells, levels and slabs: pure data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SummedAreaPlan {
+    /// Voxels of a cell along x, y, z.
+    pub cell: UVec3,
+    /// Cells along x, y, z.
+    pub cells: UVec3,
+    /// Levels a unit of extinction (per world unit): what a cell holds of its mean extinction.
+    pub levels: f64,
+    /// Slices of cells a submission.
+    pub slices_per_submission: u32,
+    /// Constants of `summed_area.extinction`.
+    pub constants: Vec<Specialization>,
+    // Which of the extinction stages reads the volume as the medium holds it.
+    reading: usize,
+}
+
+/// Side of the cube that has the volume of a sphere of this radius.
+#[must_use]
+pub fn box_side(radius: f64) -> f64 {
+    radius * (4.0 / 3.0 * std::f64::consts::PI).cbrt()
+}
+
+impl SummedAreaPlan {
+    /// Cells for cubes with the volume of spheres of radius `finest` to `widest`, world units.
+    ///
+    /// # Errors
+    /// The table would exceed the device's images.
+    pub fn new(
+        scene: &Scene,
+        medium: &MediumPlan,
+        (finest, widest): (f64, f64),
+        limits: &Limits,
+    ) -> Result<Self, PlanError> {
+        let spacing = scene.volume.grid.spacing();
+        let most = (finest / CELLS_A_RADIUS / spacing).max(DVec3::ONE);
+        let cell = most.floor().min(medium.dims.as_dvec3()).as_uvec3();
+        let cells = (medium.dims + cell - 1) / cell;
+        let side = box_side(widest) / (spacing * cell.as_dvec3());
+        // The whole cells that a box touches.
+        let touched = (side + 2.0).min(cells.as_dvec3()).element_product();
+        let baked = medium.table.bake(scene);
+        let densest = baked.iter().map(|e| f64::from(e[3])).fold(0.0, f64::max);
+        let largest = (MAX_SUM / touched).min(MAX_LEVEL);
+        let per_slice = medium.dims.x as u64 * medium.dims.y as u64 * u64::from(cell.z);
+        let slices = (MAX_VOXELS / per_slice.max(1)).clamp(1, u64::from(cells.z));
+        let values = [
+            u32::from(medium.cells.is_some()),
+            u32::from(medium.masked),
+            u32::from(scene.clip.bounds.is_some()),
+            u32::from(scene.clip.plane.is_some()),
+            medium.cells.map_or(1, |c| c.size),
+        ];
+        let constants = CONSTANTS.iter().zip(values);
+        let plan = Self {
+            cell,
+            cells,
+            // A whole number of levels for the densest voxel: a medium of one opacity is summed exactly.
+            levels: if densest > 0.0 { largest.floor() / densest } else { 1.0 },
+            slices_per_submission: u32::try_from(slices).unwrap_or(1),
+            constants: constants.map(|(&c, value)| Specialization { value, ..c }).collect(),
+            reading: layout::reading(medium),
+        };
+        if plan.cells.max_element() > limits.max_image_3d {
+            return Err(PlanError::Limit {
+                what: "sums".to_owned(),
+                found: format!("{} x {} x {} cells", plan.cells.x, plan.cells.y, plan.cells.z),
+                limit: format!("the device's 3D images reach {}", limits.max_image_3d),
+                fix: "raise the radius".to_owned(),
+            });
+        }
+        Ok(plan)
+    }
+
+    /// What the sums are made from.
+    pub const DEPENDS_ON: Inputs =
+        Inputs::of(&[Input::Volume, Input::TransferFunction, Input::Clip]);
+
+    /// The stage that reads the volume as the medium holds it.
+    #[must_use]
+    pub const fn extinction(&self) -> StageLayout {
+        layout::LAYOUTS[self.reading]
+    }
+
+    /// Submissions that fill the cells.
+    #[must_use]
+    pub const fn submissions(&self) -> u32 {
+        self.cells.z.div_ceil(self.slices_per_submission)
+    }
+
+    /// The stages in order.
+    #[must_use]
+    pub fn stages(&self) -> [StagePlan; 2] {
+        let stage = |name, dispatches, specialization| StagePlan {
+            name,
+            depends_on: Self::DEPENDS_ON,
+            domain: self.cells,
+            dispatches,
+            specialization,
+        };
+        [
+            stage(
+                self.extinction().shader.name,
+                self.submissions(),
+                self.constants.clone(),
+            ),
+            stage(stage::SCAN, 3, Vec::new()),
+        ]
+    }
+
+    /// The table's memory, held only while what reads it is made.
+    #[must_use]
+    pub fn resource(&self) -> ResourcePlan {
+        ResourcePlan {
+            name: "sums",
+            kind: ResourceKind::Staging,
+            extent: self.cells,
+            format: Format::R32_UINT,
+            bytes: 4 * self.cells.as_u64vec3().element_product(),
+            shrink: "raise the radius: wider boxes are summed over coarser cells",
+        }
+    }
+
+    /// Cells that a box around a point covers to either side along x, y, z, where the box is a cube with
+    /// the volume of a sphere of `radius`, world units.
+    #[must_use]
+    pub fn half_box(&self, scene: &Scene, radius: f64) -> DVec3 {
+        0.5 * box_side(radius) / (scene.volume.grid.spacing() * self.cell.as_dvec3())
+    }
+
+    /// Cells a unit of texture coordinate, and that over the number of cells: the last cells may reach
+    /// beyond the volume.
+    #[must_use]
+    pub fn cells_per_texture(&self, dims: UVec3) -> DVec3 {
+        dims.as_dvec3() / self.cell.as_dvec3()
+    }
+}

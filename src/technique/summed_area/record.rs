@@ -1,0 +1,66 @@
+//! First the cells, slab by slab; then running sums along x, y and z.
+
+use bytemuck::bytes_of;
+use glam::UVec3;
+
+use super::{ExtinctionPush, SummedArea, Sums, stage};
+use crate::gpu::{Access, Device, GpuError, Recorder, StageTime};
+
+/// Fills a table; `progress(done, total)` counts submissions.
+///
+/// # Errors
+/// The driver's refusal, a lost device, or a validation message.
+pub fn record_sums(
+    device: &Device,
+    area: &SummedArea,
+    sums: &Sums,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<StageTime>, GpuError> {
+    let plan = &area.plan;
+    let name = plan.extinction().shader.name;
+    let total = plan.submissions() + 1;
+    let mut seconds = 0.0;
+    for index in 0..plan.submissions() {
+        let first_slice = index * plan.slices_per_submission;
+        let slice_count = plan.slices_per_submission.min(plan.cells.z - first_slice);
+        let push = ExtinctionPush {
+            first_slice,
+            slice_count,
+        };
+        let mut recorder = Recorder::new(device)?;
+        recorder.compute_stage(name, |r| {
+            let domain = UVec3::new(plan.cells.x, plan.cells.y, slice_count);
+            r.dispatch(&area.extinction, &sums.extinction, bytes_of(&push), domain);
+        });
+        seconds += recorder.submit()?.iter().map(|t| t.seconds).sum::<f64>();
+        progress(u64::from(index) + 1, u64::from(total));
+    }
+    let mut recorder = Recorder::new(device)?;
+    recorder.compute_stage(stage::SCAN, |r| record_scans(r, area, sums));
+    let mut times = vec![StageTime {
+        name: name.to_owned(),
+        seconds,
+    }];
+    times.extend(recorder.submit()?);
+    progress(u64::from(total), u64::from(total));
+    Ok(times)
+}
+
+/// One dispatch an axis, in place; lanes lie along x where lines do not.
+fn record_scans<'a>(r: &mut Recorder<'a>, area: &'a SummedArea, sums: &'a Sums) {
+    let n = area.plan.cells;
+    // RAW and WAW: the lines along x add up what the extinction stage wrote.
+    r.image_barrier(&sums.image, Access::ComputeWrite, Access::ComputeReadWrite);
+    let lines = UVec3::new(n.y, n.z, 1);
+    r.dispatch(&area.scan, &sums.scan, bytes_of(&0u32), lines);
+    // RAW and WAW: the lines along y add up what those along x wrote.
+    r.image_barrier(&sums.image, Access::ComputeReadWrite, Access::ComputeReadWrite);
+    let lines = UVec3::new(n.x, n.z, 1);
+    r.dispatch(&area.scan, &sums.scan, bytes_of(&1u32), lines);
+    // RAW and WAW: likewise for z.
+    r.image_barrier(&sums.image, Access::ComputeReadWrite, Access::ComputeReadWrite);
+    let lines = UVec3::new(n.x, n.y, 1);
+    r.dispatch(&area.scan, &sums.scan, bytes_of(&2u32), lines);
+    // RAW: what reads boxes finds the finished table.
+    r.image_barrier(&sums.image, Access::ComputeReadWrite, Access::ComputeRead);
+}
