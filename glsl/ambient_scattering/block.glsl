@@ -36,7 +36,7 @@ ViewRay view_ray(Ray camera, vec2 t, int count) {
     vec3 x_first = camera.origin + (t.x + 0.5 * dt) * camera.direction;
     vec3 dims = last_voxel + 1.0;
     GridRay grid = GridRay(texture_point(x_first) * dims - 0.5, texture_direction(camera.direction) * dt * dims);
-    return ViewRay(x_first, camera.direction, grid, dt, ambient.node_first.w / dt);
+    return ViewRay(x_first, camera.direction, grid, dt, radius / dt);
 }
 
 float entry_of(float value) {

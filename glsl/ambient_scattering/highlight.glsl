@@ -14,11 +14,11 @@ vec3 highlight(Block block, ViewRay ray, int i) {
     }
     vec3 radiance = vec3(0.0);
     // A loop, not a branch: software drivers go through branches that no lane takes.
-    uint lights = sum > FAINT ? LIGHT_COUNT : 0;
+    uint count = sum > FAINT ? LIGHT_COUNT : 0;
     vec3 n = vec3(0.0);
     vec3 x = ray.x_first + at * ray.dt * ray.direction;
     vec3 q = ray.grid.first + at * ray.grid.per_step;
-    for (uint l = 0; l < lights; ++l) {
+    for (uint l = 0; l < count; ++l) {
         if (l == 0) {
             vec3 d = value_differences(q, last_voxel);
             n = vec3(dot(ambient.gradient[0].xyz, d), dot(ambient.gradient[1].xyz, d),
@@ -28,7 +28,7 @@ vec3 highlight(Block block, ViewRay ray, int i) {
             // The side that faces the viewer is lit.
             n = dot(n, ray.direction) > 0.0 ? -n : n;
         }
-        Light light = ambient.lights[l];
+        Light light = lights[l];
         vec3 w_i = light.place.xyz;
         vec3 irradiance = light.irradiance.rgb;
         if (POINT_LIGHTS && light.place.w > 0.0) {

@@ -33,7 +33,6 @@ layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;
 layout(set = 0, binding = 12) uniform sampler3D albedo_volume;
 
-// The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
 vec4 table;
 vec3 last_voxel; // largest grid coordinates
 
@@ -61,9 +60,9 @@ void take_looks(ViewRay ray, int i, bool lit, inout Interval interval) {
     for (uint l = 0; l < LOOKS; ++l) interval.here[l] = looks == 1 ? interval.ahead[l] : interval.here[l];
     // A loop, not a branch: software drivers go through branches that no lane takes.
     for (int n = 2 - looks; n < 2; ++n) {
-        vec3 x = ray.x_first + (float(i + n * INTERVAL) - 0.5) * ray.dt * ray.direction;
+        float at = float(i + n * INTERVAL) - 0.5;
         vec3 seen[LOOKS];
-        look(x, ray.direction, seen);
+        look(ray.x_first + at * ray.dt * ray.direction, ray.grid.first + at * ray.grid.per_step, ray.direction, seen);
         for (uint l = 0; l < LOOKS; ++l) {
             interval.here[l] = n == 0 ? seen[l] : interval.here[l];
             interval.ahead[l] = n == 1 ? seen[l] : interval.ahead[l];
@@ -81,7 +80,7 @@ vec3 gathered(Block block, ViewRay ray, int i, Interval interval) {
     for (uint l = 0; l < LIGHT_COUNT; ++l) {
         float falloff = 1.0;
         if (POINT_LIGHTS) {
-            Light light = ambient.lights[l];
+            Light light = lights[l];
             bool weakens = light.place.w > 0.0 && light.irradiance.w > 0.0;
             falloff = weakens ? mean_falloff(light.place.xyz, middle, ray.direction, length_block) : 1.0;
         }
@@ -133,6 +132,8 @@ vec4 march_ray(Ray camera, vec2 t) {
 void main() {
     table = ambient.table;
     last_voxel = ambient.dims.xyz - 1.0;
+    load_tube();
+    load_look();
     // Tiles are dealt out to SPREAD streams, so that drivers which give each thread one contiguous
     // run of workgroups still share the picture's busy middle evenly.
     uint streams = (push.tile_count + SPREAD - 1) / SPREAD;

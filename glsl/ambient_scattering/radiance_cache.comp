@@ -24,6 +24,7 @@ layout(push_constant) uniform Push {
 } push;
 
 void main() {
+    load_tube();
     // Slices are dealt out to SPREAD streams, so that drivers which give each thread one contiguous run
     // of workgroups still share the busy ones evenly.
     uint streams = (push.slice_count + SPREAD - 1) / SPREAD;

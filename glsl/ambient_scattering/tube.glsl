@@ -20,6 +20,7 @@ layout(std140, set = 0, binding = 1) uniform Ambient {
     vec4 occlusion_scale;    // the same of the occlusion; w: logarithm of a step's transmission in vacuum
     vec4 environment;        // radiance; w: one over the last place of the tables along optical depth
     vec4 specular;           // x: factor, y: exponent
+    vec4 dimming_ratio;      // rgb: of a channel's dimming to their mean
     vec4 gradient[3];        // world direction of a difference along x, y, z
     vec4 world_from_grid[3]; // rows of the affine map to world units about the volume's centre
     Light lights[MAX_LIGHTS];
@@ -30,20 +31,36 @@ layout(set = 0, binding = 2 + AMBIENT_BINDING) uniform sampler3D ambient_extinct
 // rgb: -log of the transmission over an optical depth, as a share of that depth.
 layout(set = 0, binding = 3 + AMBIENT_BINDING) uniform sampler1D tube;
 
-// Where an optical depth lies in a table: evenly by log2(1 + depth), of `entries` entries.
-float place_of(float depth, float entries) {
-    float at = min(log2(1.0 + depth) * ambient.environment.w, 1.0);
-    return (at * (entries - 1.0) + 0.5) / entries;
+// Entries of both tables along optical depth, as in lookup.rs.
+const float DEPTHS = 192.0;
+
+// The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
+vec3 extinction_scale;
+float per_octave;
+float vacuum;
+float radius;
+
+void load_tube() {
+    extinction_scale = ambient.extinction_scale.xyz;
+    per_octave = ambient.environment.w;
+    vacuum = ambient.occlusion_scale.w;
+    radius = ambient.node_first.w;
+}
+
+// Where an optical depth lies in a table: evenly by log2(1 + depth).
+float place_of(float depth) {
+    float at = min(log2(1.0 + depth) * per_octave, 1.0);
+    return (at * (DEPTHS - 1.0) + 0.5) / DEPTHS;
 }
 
 // p: texture coordinates of the volume.
 float ambient_depth(vec3 p) {
-    return textureLod(ambient_extinction, p * ambient.extinction_scale.xyz, 0.0).r;
+    return textureLod(ambient_extinction, p * extinction_scale, 0.0).r;
 }
 
 // The share of an optical depth that dims light in a tube: light scattered on may arrive all the same.
-vec3 dimming(float depth) {
-    return textureLod(tube, place_of(depth, float(textureSize(tube, 0))), 0.0).rgb;
+vec3 dimming(float place) {
+    return textureLod(tube, place, 0.0).rgb;
 }
 
 // The light that arrives at x: rgb, of all of it as it enters the sphere about x, a radius nearer to the light
@@ -58,7 +75,6 @@ vec4 arriving(vec3 x, Light light) {
     }
     vec2 t = inside_from(vec2(0.0, far), x, w_i);
     if (!(t.x < t.y)) return vec4(1.0);
-    float radius = ambient.node_first.w;
     vec3 p = texture_point(x), dp = texture_direction(w_i);
     // The sphere's own half comes first; only direct light has to pass it.
     float begin = min(t.x + radius, t.y);
@@ -72,10 +88,10 @@ vec4 arriving(vec3 x, Light light) {
         float share = (end - near) / radius; // of radii; 2 but for the last step
         if (LINEAR_TUBE) {
             // Between whole steps linear [Ament2013, Eq. 17].
-            vec3 whole = exp(ambient.occlusion_scale.w - 2.0 * depth * dimming(2.0 * depth));
+            vec3 whole = exp(vacuum - 2.0 * depth * dimming(place_of(2.0 * depth)));
             dimmed -= log(max(mix(vec3(1.0), whole, 0.5 * share), 1e-30));
         } else {
-            dimmed += share * depth * dimming(share * depth);
+            dimmed += share * depth * dimming(place_of(share * depth));
         }
         direct += share * depth;
     }

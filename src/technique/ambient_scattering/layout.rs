@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::lookup::per_octave;
+use super::lookup::{Scalars, per_octave};
 use super::AmbientScatteringPlan;
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{AmbientScatteringParams, Scene};
@@ -123,21 +123,21 @@ pub struct AmbientUniform {
     pub occlusion_scale: [f32; 4],
     pub environment: [f32; 4],
     pub specular: [f32; 4],
+    pub dimming_ratio: [f32; 4],
     pub gradient: [[f32; 4]; 3],
     pub world_from_grid: [[f32; 4]; 3],
     pub lights: [LightUniform; MAX_LIGHTS],
 }
 
 impl AmbientUniform {
-    /// Fills the block for a scene whose medium is on the device; `vacuum` is the logarithm of what a tube's
-    /// step transmits in vacuum.
+    /// Fills the block for a scene whose medium is on the device.
     #[must_use]
     pub fn new(
         scene: &Scene,
         params: &AmbientScatteringParams,
         plan: &AmbientScatteringPlan,
         medium: &Medium,
-        vacuum: f64,
+        tables: &Scalars,
     ) -> Self {
         let (m, grid) = (&scene.medium, &scene.volume.grid);
         let (table_min, table_scale) = medium.table_mapping();
@@ -160,9 +160,10 @@ impl AmbientUniform {
             node_spacing: vec4(spacing, m.phase_g),
             node_last: vec4(nodes - 1.0, m.emission),
             extinction_scale: vec4(extinction_scale, SPREAD_COSINE * m.phase_g),
-            occlusion_scale: vec4(occlusion_scale, vacuum),
+            occlusion_scale: vec4(occlusion_scale, tables.vacuum),
             environment: environment.extend(per_octave() as f32).to_array(),
             specular: [params.specular, params.shininess, 0.0, 0.0],
+            dimming_ratio: vec4(tables.dimming_ratio, 0.0),
             gradient: gradient_rows(scene, medium),
             world_from_grid: grid_rows(grid),
             lights: lights::uniforms(&scene.lights, grid.centre()),

@@ -28,15 +28,25 @@ pub struct Key {
     pub gather: Gather,
 }
 
-/// Rows of texels, RGBA 32-bit float; the fourth channel is 0.
-pub struct Lookup {
-    /// `[DEPTHS][ANGLES]` radiance that a sphere sends out per unit of a front's irradiance; without what
-    /// passes unscattered, where gathering takes that from elsewhere.
-    pub scattered: Vec<[f32; 4]>,
-    /// `[DEPTHS]` share of an optical depth that dims light in a tube.
-    pub tube: Vec<[f32; 4]>,
+/// What of the tables is one number a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scalars {
     /// Logarithm of what a tube's step transmits in vacuum: 0 but for the paper's own.
     pub vacuum: f64,
+    /// Dimming of a channel over the mean of all, at an optical depth of 1.
+    pub dimming_ratio: DVec3,
+}
+
+/// Rows of texels, RGBA 32-bit float.
+pub struct Lookup {
+    /// `[DEPTHS][ANGLES]` radiance that a sphere sends out per unit of a front's irradiance; without what
+    /// passes unscattered, where gathering takes that from elsewhere. The fourth channel is the mean of the
+    /// channels of `tube`, of the same depth.
+    pub scattered: Vec<[f32; 4]>,
+    /// `[DEPTHS]` share of an optical depth that dims light in a tube; the fourth channel is 0.
+    pub tube: Vec<[f32; 4]>,
+    /// What is one number a channel.
+    pub scalars: Scalars,
 }
 
 impl Lookup {
@@ -61,12 +71,22 @@ impl Lookup {
             }
             rgba
         };
+        let mean = |i: usize| parts.iter().map(|c| c.tube[i]).sum::<f64>() / parts.len() as f64;
+        let mut scattered: Vec<_> = (0..ANGLES * DEPTHS)
+            .map(|i| texel(&|c| c.scattered[i]))
+            .collect();
+        for (i, texel) in scattered.iter_mut().enumerate() {
+            texel[3] = mean(i / ANGLES) as f32;
+        }
+        let one = depths().position(|d| d >= 1.0).unwrap_or(0);
+        let ratio = |c: &Channel| c.tube[one] / mean(one).max(f64::MIN_POSITIVE);
         Self {
-            scattered: (0..ANGLES * DEPTHS)
-                .map(|i| texel(&|c| c.scattered[i]))
-                .collect(),
+            scattered,
             tube: (0..DEPTHS).map(|i| texel(&|c| c.tube[i])).collect(),
-            vacuum: parts.first().map_or(0.0, |c| c.vacuum),
+            scalars: Scalars {
+                vacuum: parts.first().map_or(0.0, |c| c.vacuum),
+                dimming_ratio: DVec3::from_slice(&parts.iter().map(ratio).collect::<Vec<_>>()),
+            },
         }
     }
 }

@@ -83,7 +83,7 @@ const MAX_SAMPLES: u64 = 1 << 28;
 const MAX_ROUNDS: f64 = 60_000.0;
 
 /// Looks at the light across a radius: what is looked at hardly changes over less.
-const LOOKS_A_RADIUS: f64 = 4.0;
+const LOOKS_A_RADIUS: f64 = 2.0;
 
 /// Samples between two looks, at most, and in a row, as in the shader.
 const MAX_INTERVAL: f64 = 32.0;
@@ -208,7 +208,7 @@ fn with_values(constants: &[Specialization], values: &[u32]) -> Vec<Specializati
 /// Samples between two looks at the light: whole blocks.
 fn interval(scene: &Scene, params: &AmbientScatteringParams, radius: f64) -> u32 {
     let samples = radius / LOOKS_A_RADIUS / layout::step_length(scene, params);
-    ((samples / BLOCK).floor() * BLOCK).clamp(BLOCK, MAX_INTERVAL) as u32
+    ((samples / BLOCK).round() * BLOCK).clamp(BLOCK, MAX_INTERVAL) as u32
 }
 
 /// Samples on the longest possible camera ray.

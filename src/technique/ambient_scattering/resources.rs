@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::UVec3;
+use glam::{DVec3, UVec3};
 
-use super::lookup::{ANGLES, DEPTHS, Key, Lookup};
+use super::lookup::{ANGLES, DEPTHS, Key, Lookup, Scalars};
 use super::{AmbientScatteringPlan, AmbientUniform, stage};
 use crate::gpu::{
     Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Filter, Format, GpuError, Image,
@@ -38,9 +38,9 @@ pub struct AmbientScattering {
 struct Tables {
     scattered: Arc<Image>,
     tube: Arc<Image>,
-    // What they hold, and the logarithm of what a tube's step transmits in vacuum.
+    // What they hold.
     held: Option<Key>,
-    vacuum: f64,
+    scalars: Scalars,
 }
 
 /// What of an older technique still fits.
@@ -184,8 +184,8 @@ impl AmbientScattering {
 
     /// Writes lights and parameters; the next stages read them.
     pub fn write_uniforms(&self, scene: &Scene, params: &AmbientScatteringParams, medium: &Medium) {
-        let vacuum = self.tables.vacuum;
-        let uniform = AmbientUniform::new(scene, params, &self.plan, medium, vacuum);
+        let scalars = &self.tables.scalars;
+        let uniform = AmbientUniform::new(scene, params, &self.plan, medium, scalars);
         write(&self.ambient, &uniform);
     }
 }
@@ -210,7 +210,10 @@ impl Tables {
             )?,
             tube: image("tube", ImageType::TYPE_1D, UVec3::new(depths, 1, 1))?,
             held: None,
-            vacuum: 0.0,
+            scalars: Scalars {
+                vacuum: 0.0,
+                dimming_ratio: DVec3::ONE,
+            },
         })
     }
 
@@ -230,7 +233,7 @@ impl Tables {
             let times = upload_image(device, image, name, 16, after, fill, &mut |_, _| {})?;
             seconds += times.iter().map(|t| t.seconds).sum::<f64>();
         }
-        (self.held, self.vacuum) = (Some(*key), lookup.vacuum);
+        (self.held, self.scalars) = (Some(*key), lookup.scalars);
         Ok(vec![StageTime {
             name: stage::UPLOAD_TABLES.to_owned(),
             seconds,

@@ -60,7 +60,8 @@ impl FieldPlan {
     ) -> Result<Self, PlanError> {
         let finest = match kind {
             FieldKind::AmbientExtinction => radius,
-            FieldKind::Occlusion => radius / SHELLS,
+            // The inner shells weigh little: half the radius' fineness will do.
+            FieldKind::Occlusion => 0.5 * radius,
         };
         let area = SummedAreaPlan::new(scene, medium, (finest, radius), limits)?;
         Ok(Self {
