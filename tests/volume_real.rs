@@ -58,13 +58,48 @@ const fn fact(
     }
 }
 
-const FACTS: [Fact; 11] = [
+const FACTS: [Fact; 16] = [
     fact(
         "ct/cranium_256x256x108_i16.mha",
         ScalarType::I16,
         [256, 256, 108],
         [0.95703, 0.95703, 1.5],
         (-1024.0, 2986.0),
+    ),
+    fact(
+        "ct/bonsai_256x256x256_u8.vti",
+        ScalarType::U8,
+        [256, 256, 256],
+        [1.0, 1.0, 1.0],
+        (0.0, 255.0),
+    ),
+    fact(
+        "ct/aneurism_256x256x256_u8.vti",
+        ScalarType::U8,
+        [256, 256, 256],
+        [1.0, 1.0, 1.0],
+        (0.0, 255.0),
+    ),
+    fact(
+        "simulation/isabel_windspeed_125x125x25_f64_t02.vti",
+        ScalarType::F64,
+        [125, 125, 25],
+        [4.008_032_128_6, 4.008_032_128_6, 4.040_816_326_6],
+        (0.0, 68.245_5),
+    ),
+    fact(
+        "simulation/isabel_windspeed_125x125x25_f64_t45.vti",
+        ScalarType::F64,
+        [125, 125, 25],
+        [4.008_032_128_6, 4.008_032_128_6, 4.040_816_326_6],
+        (0.0, 62.601_9),
+    ),
+    fact(
+        "simulation/hydrogen_64x64x64_f32.vti",
+        ScalarType::F32,
+        [64, 64, 64],
+        [1.0, 1.0, 1.0],
+        (0.0, 1.0),
     ),
     fact(
         "ct/head_cta_avm_337x319x154_u8.nii.gz",

@@ -14,6 +14,7 @@ mod read;
 mod source;
 mod statistics;
 mod voxels;
+mod vti;
 
 pub use color::{ColorVolume, read_color};
 pub use error::VolumeError;

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::payload::{Beginning, first_bytes};
 use super::source::Source;
-use super::{Header, RawLayout, Volume, VolumeError, meta_image, nifti, nrrd, raw};
+use super::{Header, RawLayout, Volume, VolumeError, meta_image, nifti, nrrd, raw, vti};
 
 /// The file formats read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -18,6 +18,8 @@ pub enum Format {
     MetaImage,
     /// NIfTI-1, `.nii`, `.nii.gz`, or a pair of `.hdr` and `.img`.
     Nifti,
+    /// VTK's XML image data, `.vti`.
+    Vti,
     /// Headerless, described by a [`RawLayout`].
     Raw,
 }
@@ -39,7 +41,7 @@ pub struct ReadOptions {
 pub type Progress<'a> = &'a mut dyn FnMut(u64, u64);
 
 const FORMATS: &str = "NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 (.nii, .nii.gz, .hdr), \
-                       or headerless voxels with their layout (--dims X,Y,Z --type u8|... \
+                       VTK image data (.vti), or headerless voxels with their layout (--dims X,Y,Z --type u8|... \
                        --spacing X,Y,Z --endian little|big)";
 
 /// Reads only the header: checks everything it says but the length of the voxel data.
@@ -53,8 +55,8 @@ pub fn read_header(path: &Path, options: &ReadOptions) -> Result<Header, VolumeE
     Ok(open(path, options)?.header)
 }
 
-/// Reads a volume file (of a 4D one, the step [`ReadOptions::time`]), choosing the format as
-/// [`read_header`] does.
+/// Reads a volume file (of a 4D one, the step [`ReadOptions::time`]), choosing the
+/// format as [`read_header`] does.
 ///
 /// Takes the decoded size in memory and a few MiB more. Bytes after the voxels are ignored; NaN and
 /// infinite voxels are kept.
@@ -90,6 +92,7 @@ fn open(path: &Path, options: &ReadOptions) -> Result<Source, VolumeError> {
         Format::Nrrd => nrrd::open(path, options.time),
         Format::MetaImage => meta_image::open(path, options.time),
         Format::Nifti => nifti::open(path, options.time),
+        Format::Vti => vti::open(path, options.time),
         Format::Raw => Err(VolumeError::field(
             path,
             "layout of the headerless file",
@@ -112,6 +115,9 @@ fn detect(path: &Path) -> Result<Format, VolumeError> {
     if !gzip && bytes.trim_ascii_start().starts_with(b"ObjectType") {
         return Ok(Format::MetaImage);
     }
+    if !gzip && vti::is_header(&bytes) {
+        return Ok(Format::Vti);
+    }
     let name = path.to_string_lossy().to_lowercase();
     let ends = |endings: &[&str]| endings.iter().any(|end| name.ends_with(end));
     if ends(&[".nrrd", ".nhdr"]) {
@@ -120,6 +126,8 @@ fn detect(path: &Path) -> Result<Format, VolumeError> {
         Ok(Format::MetaImage)
     } else if ends(&[".nii", ".nii.gz", ".hdr", ".hdr.gz"]) {
         Ok(Format::Nifti)
+    } else if ends(&[".vti"]) {
+        Ok(Format::Vti)
     } else if ends(&[".raw", ".bin", ".raw.gz", ".bin.gz"]) {
         Ok(Format::Raw)
     } else {
