@@ -244,6 +244,32 @@ fn time_series_give_each_step() {
     assert!(all.0 == 0.0 && (all.1 - 2839.0).abs() < 1.0, "{all:?}");
 }
 
+#[test]
+fn viscous_fingers_are_a_numbered_series() {
+    let Some(pattern) = data("timeseries/viscous_fingers_64x64x64_f32_t{}.vti") else {
+        return;
+    };
+    let mut all = (f64::INFINITY, f64::NEG_INFINITY);
+    for (time, number) in (0..).zip(["010", "030", "050", "070", "090"]) {
+        let options = ReadOptions { raw: None, time };
+        let header = read_header(&pattern, &options).unwrap();
+        assert_eq!((header.time_steps, header.format), (5, Format::Vti));
+        assert_eq!(header.grid.dims, UVec3::splat(64));
+        let volume = load(pattern.clone(), &options);
+        let name = format!("viscous_fingers_64x64x64_f32_t{number}.vti");
+        assert_eq!(volume.name, name);
+        let (lo, hi) = range(&volume);
+        all = (all.0.min(lo), all.1.max(hi));
+    }
+    assert!(all.0 == 0.0 && (all.1 - 124.457).abs() < 1e-3, "{all:?}");
+    // Two steps of a hurricane whose numbers are far apart.
+    let Some(pattern) = data("simulation/isabel_windspeed_125x125x25_f64_t{}.vti") else {
+        return;
+    };
+    let header = read_header(&pattern, &ReadOptions::default()).unwrap();
+    assert_eq!(header.time_steps, 2);
+}
+
 /// World box around the voxel centres with a positive value.
 fn positive_box(volume: &Volume) -> (DVec3, DVec3) {
     let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -1,12 +1,12 @@
 //! Choosing the reader of a file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::payload::{Beginning, first_bytes};
 use super::source::Source;
-use super::{Header, RawLayout, Volume, VolumeError, meta_image, nifti, nrrd, raw, vti};
+use super::{Header, RawLayout, Series, Volume, VolumeError, meta_image, nifti, nrrd, raw, vti};
 
 /// The file formats read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -30,7 +30,7 @@ pub struct ReadOptions {
     /// Layout of a headerless file, which needs one. Given for any other file it wins: the file is
     /// taken as headerless, and `skip_bytes` can pass over a header that no reader knows.
     pub raw: Option<RawLayout>,
-    /// Time step of a 4D file, from 0.
+    /// Time step of a 4D file or a series, from 0.
     pub time: u32,
 }
 
@@ -44,7 +44,7 @@ const FORMATS: &str = "NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 (.ni
                        VTK image data (.vti), or headerless voxels with their layout (--dims X,Y,Z --type u8|... \
                        --spacing X,Y,Z --endian little|big)";
 
-/// Reads only the header: checks everything it says but the length of the voxel data.
+/// Reads only the header (of a [`Series`], that of the step [`ReadOptions::time`]): checks everything it says but the length of the voxel data.
 ///
 /// The format is chosen by the file's first bytes (decoded, if it is gzip), else by its name's
 /// ending; a [`ReadOptions::raw`] layout comes before both.
@@ -52,10 +52,10 @@ const FORMATS: &str = "NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 (.ni
 /// # Errors
 /// Names the file, the field, what was found and what was expected.
 pub fn read_header(path: &Path, options: &ReadOptions) -> Result<Header, VolumeError> {
-    Ok(open(path, options)?.header)
+    Ok(open(path, options)?.0.header)
 }
 
-/// Reads a volume file (of a 4D one, the step [`ReadOptions::time`]), choosing the
+/// Reads a volume file (of a 4D one or a [`Series`], the step [`ReadOptions::time`]), choosing the
 /// format as [`read_header`] does.
 ///
 /// Takes the decoded size in memory and a few MiB more. Bytes after the voxels are ignored; NaN and
@@ -70,9 +70,9 @@ pub fn read(
     options: &ReadOptions,
     progress: Progress<'_>,
 ) -> Result<Volume, VolumeError> {
-    let Source { header, payload } = open(path, options)?;
+    let (Source { header, payload }, file) = open(path, options)?;
     Ok(Volume {
-        name: path
+        name: file
             .file_name()
             .unwrap_or_default()
             .to_string_lossy()
@@ -84,7 +84,28 @@ pub fn read(
     })
 }
 
-fn open(path: &Path, options: &ReadOptions) -> Result<Source, VolumeError> {
+/// The source of the wanted step, and the file it is in.
+fn open(path: &Path, options: &ReadOptions) -> Result<(Source, PathBuf), VolumeError> {
+    let Some(series) = Series::find(path)? else {
+        return Ok((open_file(path, options)?, path.to_owned()));
+    };
+    let step = options.time;
+    let alone = ReadOptions {
+        time: 0,
+        ..options.clone()
+    };
+    let file = series.file(step)?;
+    let mut source = open_file(file, &alone)?;
+    let first = match step {
+        0 => source.header.clone(),
+        _ => open_file(series.file(0)?, &alone)?.header,
+    };
+    series.check(step, &source.header, &first)?;
+    source.header.time_steps = series.steps();
+    Ok((source, file.to_owned()))
+}
+
+fn open_file(path: &Path, options: &ReadOptions) -> Result<Source, VolumeError> {
     if let Some(layout) = &options.raw {
         return raw::open(path, layout, options.time);
     }
