@@ -98,7 +98,9 @@ fn a_change_runs_only_what_depends_on_it() {
         "light, which nothing shows without shading"
     );
     s.volume = Arc::new((*s.volume).clone());
-    assert_eq!(ran(&mut renderer, s), everything, "volume");
+    let mut but_the_table = everything.to_vec();
+    but_the_table.retain(|name| *name != "medium.upload_table");
+    assert_eq!(ran(&mut renderer, s), but_the_table, "volume");
 }
 
 #[test]

@@ -11,8 +11,8 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use tempfile::TempDir;
 use tyndall::volume::{RawLayout, ReadOptions, ScalarType, read, read_header};
 use volume_files::{
-    Encoding, Nifti, WATCHDOG, compress, error_with, good_meta, nrrd, payload, refused, values,
-    write,
+    Encoding, Nifti, Vti, WATCHDOG, compress, error_with, good_meta, nrrd, payload, refused,
+    values, write,
 };
 
 const T: ScalarType = ScalarType::I16;
@@ -32,6 +32,15 @@ fn good_nrrd(encoding: &str) -> String {
         "# comment\ntype: short\ndimension: 3\nspace: LPS\nsizes: 3 4 5\nendian: little\n\
          space directions: (1,0,0) (0,1,0) (0,0,2.5)\nspace origin: (1,2,3)\nencoding: {encoding}"
     ))
+}
+
+/// A valid VTK image file.
+fn vti(format: &'static str, zlib: Option<usize>) -> Vec<u8> {
+    let vti = Vti {
+        zlib,
+        ..Vti::new(T, format)
+    };
+    vti.file("0 2 0 3 0 4", &vti.data(&values(T, 60)))
 }
 
 /// A valid file of every format and encoding, with the options it needs.
@@ -72,6 +81,11 @@ fn good_files() -> Vec<(&'static str, Vec<u8>, ReadOptions)> {
         ),
         ("r.nii", nii.clone(), plain()),
         ("g.nii.gz", compress(&nii, Encoding::Gzip), plain()),
+        ("a.vti", vti("ascii", None), plain()),
+        ("b.vti", vti("binary", Some(32)), plain()),
+        ("r.vti", vti("raw", None), plain()),
+        ("z.vti", vti("raw", Some(50)), plain()),
+        ("e.vti", vti("base64", None), plain()),
         ("r.raw", raw.clone(), with_layout()),
         ("g.raw.gz", compress(&raw, Encoding::Gzip), with_layout()),
     ]
@@ -99,6 +113,9 @@ const WORDS: [&str; 16] = [
 /// One random damage: a byte, a run of bytes, a number, a line, the end.
 fn damage(bytes: &mut Vec<u8>, rng: &mut Pcg64Mcg) {
     let mut below = |n: usize| (rng.next_u64() % n.max(1) as u64) as usize;
+    if bytes.is_empty() {
+        return;
+    }
     let at = below(bytes.len());
     match below(6) {
         0 => bytes.truncate(at),
@@ -182,7 +199,7 @@ fn damaged_files_neither_panic_nor_hang() {
     }
     assert!(
         refused > 300,
-        "only {refused} of 1000 damaged files were refused"
+        "only {refused} of 1500 damaged files were refused"
     );
     #[cfg(target_os = "linux")]
     {
@@ -197,8 +214,14 @@ fn damaged_files_neither_panic_nor_hang() {
 fn every_shortening_of_every_file_is_refused() {
     let dir = TempDir::new().unwrap();
     for (name, bytes, options) in good_files() {
-        // A number cut short is still a number, and text has no other end.
-        let last = bytes.len() - if name == "t.nrrd" { 4 } else { 1 };
+        // A number cut short is still a number, and text has no other end; nor are tags after appended
+        // data read.
+        let last = bytes.len()
+            - match name {
+                "t.nrrd" => 4,
+                "r.vti" | "z.vti" | "e.vti" => "\n</AppendedData>\n</VTKFile>\n".len() + 1,
+                _ => 1,
+            };
         for len in (0..=last).rev().step_by(17) {
             let path = write(dir.path(), name, &[&bytes[..len]]);
             error_with(&path, &options);
@@ -216,6 +239,23 @@ fn a_small_file_that_claims_a_million_million_voxels_fails_at_once() {
             "1000000000000 bytes for 10000 × 10000 × 10000",
         ];
         refused("a.nrrd", &[header.as_bytes(), b"1f8b3 5 7"], &words);
+    }
+    for format in ["ascii", "binary", "raw", "base64"] {
+        for zlib in [None, Some(1 << 15)] {
+            let vti = Vti {
+                zlib,
+                ..Vti::new(ScalarType::U8, format)
+            };
+            // A header that agrees with the claim, and no data.
+            let blocks = [30_517_579, 1 << 15, 0].map(|w| w as u32);
+            let header: Vec<u8> = blocks.iter().flat_map(|w| w.to_le_bytes()).collect();
+            let file = vti.file("0 9999 0 9999 0 9999", &header);
+            let words = [
+                "voxel data",
+                "1000000000000 bytes for 10000 × 10000 × 10000",
+            ];
+            refused("a.vti", &[&file], &words);
+        }
     }
     for more in ["", "CompressedData = True\n", "BinaryData = False\n"] {
         let header = format!(
@@ -324,4 +364,48 @@ fn text_voxels_out_of_range_are_quoted() {
         &[text.as_bytes(), b"40000"],
         &["voxel data", "\"40000\" as value 59", "type i16"],
     );
+}
+
+#[test]
+fn a_zlib_block_gives_no_more_than_its_header_says() {
+    let vti = Vti {
+        zlib: Some(120),
+        ..Vti::new(T, "raw")
+    };
+    // 64 MiB of zeros in 64 KiB, where the header promises 120 bytes.
+    let bomb = compress(&vec![0; 64 << 20], Encoding::Zlib);
+    let header = vti.words(&[1, 120, 0, bomb.len() as u64]);
+    let file = vti.file("0 2 0 3 0 4", &[header, bomb.clone()].concat());
+    refused("a.vti", &[&file], &["voxel data", "corrupt zlib"]);
+    let words = |list: &[u64]| vti.file("0 2 0 3 0 4", &[vti.words(list), bomb.clone()].concat());
+    let many = words(&[4_000_000_000, 0, 0]);
+    refused("a.vti", &[&many], &["4000000000 blocks of 0 bytes", "120"]);
+    let odd = words(&[1, 120, 121, 5]);
+    refused(
+        "a.vti",
+        &[&odd],
+        &["1 blocks of 120 bytes, the last of 121"],
+    );
+    let one_each = words(&[120, 1, 0, 4_000_000_000]);
+    refused("a.vti", &[&one_each], &["voxel data"]);
+}
+
+#[test]
+fn hostile_tags_are_refused() {
+    let deep = "<a>".repeat(300_000);
+    let attributes = format!("<VTKFile {}>", "a=\"\" ".repeat(150_000));
+    let entities =
+        "<!DOCTYPE x [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;&a;\">]><VTKFile type=\"&b;\"/>";
+    for text in [
+        deep.as_str(),
+        &attributes,
+        entities,
+        "<VTKFile type=\"ImageData\">",
+    ] {
+        refused("a.vti", &[text.as_bytes()], &["XML"]);
+    }
+    let long = [b"<VTKFile a=\"".to_vec(), vec![b'x'; 2 << 20]].concat();
+    refused("a.vti", &[&long], &["XML", "1 MiB"]);
+    refused("a.vti", &[b"no tags"], &["XML", "'n'", "'<'"]);
+    refused("a.vti", &[], &["XML"]);
 }

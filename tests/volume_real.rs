@@ -58,13 +58,48 @@ const fn fact(
     }
 }
 
-const FACTS: [Fact; 11] = [
+const FACTS: [Fact; 16] = [
     fact(
         "ct/cranium_256x256x108_i16.mha",
         ScalarType::I16,
         [256, 256, 108],
         [0.95703, 0.95703, 1.5],
         (-1024.0, 2986.0),
+    ),
+    fact(
+        "ct/bonsai_256x256x256_u8.vti",
+        ScalarType::U8,
+        [256, 256, 256],
+        [1.0, 1.0, 1.0],
+        (0.0, 255.0),
+    ),
+    fact(
+        "ct/aneurism_256x256x256_u8.vti",
+        ScalarType::U8,
+        [256, 256, 256],
+        [1.0, 1.0, 1.0],
+        (0.0, 255.0),
+    ),
+    fact(
+        "simulation/isabel_windspeed_125x125x25_f64_t02.vti",
+        ScalarType::F64,
+        [125, 125, 25],
+        [4.008_032_128_6, 4.008_032_128_6, 4.040_816_326_6],
+        (0.0, 68.245_5),
+    ),
+    fact(
+        "simulation/isabel_windspeed_125x125x25_f64_t45.vti",
+        ScalarType::F64,
+        [125, 125, 25],
+        [4.008_032_128_6, 4.008_032_128_6, 4.040_816_326_6],
+        (0.0, 62.601_9),
+    ),
+    fact(
+        "simulation/hydrogen_64x64x64_f32.vti",
+        ScalarType::F32,
+        [64, 64, 64],
+        [1.0, 1.0, 1.0],
+        (0.0, 1.0),
     ),
     fact(
         "ct/head_cta_avm_337x319x154_u8.nii.gz",
@@ -207,6 +242,32 @@ fn time_series_give_each_step() {
         all = (all.0.min(lo), all.1.max(hi));
     }
     assert!(all.0 == 0.0 && (all.1 - 2839.0).abs() < 1.0, "{all:?}");
+}
+
+#[test]
+fn viscous_fingers_are_a_numbered_series() {
+    let Some(pattern) = data("timeseries/viscous_fingers_64x64x64_f32_t{}.vti") else {
+        return;
+    };
+    let mut all = (f64::INFINITY, f64::NEG_INFINITY);
+    for (time, number) in (0..).zip(["010", "030", "050", "070", "090"]) {
+        let options = ReadOptions { raw: None, time };
+        let header = read_header(&pattern, &options).unwrap();
+        assert_eq!((header.time_steps, header.format), (5, Format::Vti));
+        assert_eq!(header.grid.dims, UVec3::splat(64));
+        let volume = load(pattern.clone(), &options);
+        let name = format!("viscous_fingers_64x64x64_f32_t{number}.vti");
+        assert_eq!(volume.name, name);
+        let (lo, hi) = range(&volume);
+        all = (all.0.min(lo), all.1.max(hi));
+    }
+    assert!(all.0 == 0.0 && (all.1 - 124.457).abs() < 1e-3, "{all:?}");
+    // Two steps of a hurricane whose numbers are far apart.
+    let Some(pattern) = data("simulation/isabel_windspeed_125x125x25_f64_t{}.vti") else {
+        return;
+    };
+    let header = read_header(&pattern, &ReadOptions::default()).unwrap();
+    assert_eq!(header.time_steps, 2);
 }
 
 /// World box around the voxel centres with a positive value.

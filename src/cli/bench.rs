@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::input::SceneArgs;
 use super::progress::Progress;
+use super::sequence::neighbours;
 use super::{CliError, Global, print, print_json};
 use crate::gpu::{DeviceInfo, StageTime};
 use crate::scene::{Light, Scene};
@@ -56,14 +57,19 @@ struct Report {
 }
 
 pub(super) fn run(global: &Global, args: &BenchArgs) -> Result<(), CliError> {
-    let scene = args.scene.load(global)?;
+    let (file, scene) = args.scene.load(global)?;
     let device = global.open_device()?;
     let mut renderer = Renderer::new(&device, scene.clone())?;
     let mut progress = Progress::new(global.quiet);
+    let steps = neighbours(&file, &scene, &mut progress)?;
     let (_, first_frame) =
         renderer.render(&mut |phase, done, total| progress.update(phase, done, total))?;
     let orbit = orbit(&mut renderer, args, &mut progress)?;
-    let changes = changes(&mut renderer, &scene, args.repeat, &mut progress)?;
+    let mut changes = changes(&mut renderer, &scene, args.repeat, &mut progress)?;
+    if let Some(steps) = &steps {
+        changes.push(time_step(&mut renderer, steps, args.repeat)?);
+        renderer.set_scene(scene.clone())?;
+    }
     progress.finish();
     let report = Report {
         device: device.info().clone(),
@@ -166,6 +172,18 @@ fn changes(
     }
     renderer.set_scene(start.clone())?;
     Ok(list)
+}
+
+/// Goes to and fro between two time steps.
+fn time_step(renderer: &mut Renderer, steps: &[Scene; 2], repeat: u32) -> Result<Change, CliError> {
+    renderer.set_scene(steps[0].clone())?;
+    renderer.render(&mut |_, _, _| {})?;
+    let mut reports = Vec::new();
+    for scene in steps.iter().cycle().skip(1).take(repeat as usize) {
+        renderer.set_scene(scene.clone())?;
+        reports.push(renderer.render(&mut |_, _, _| {})?.1);
+    }
+    Ok(change("time step", &reports))
 }
 
 fn change_light(scene: &mut Scene, i: u32) {

@@ -26,19 +26,23 @@ pub(super) fn run(global: &Global, args: &InfoArgs) -> Result<(), CliError> {
     if args.header {
         return header(args);
     }
-    let scene = args.scene.load(global)?;
+    let (file, scene) = args.scene.load(global)?;
+    let steps = file.time_steps()?;
     if args.json {
         let mut value = describe(&scene);
         value["statistics"] = serde_json::to_value(&*scene.statistics).unwrap_or(Value::Null);
+        value["time_steps"] = json!(steps);
+        value["time_step"] = json!(file.time());
         return print_json(&value);
     }
-    print(&table(&scene))
+    print(&table(&scene, file.time(), steps))
 }
 
 fn header(args: &InfoArgs) -> Result<(), CliError> {
     let Some(path) = args.scene.volume_file() else {
         return Err(CliError::Usage("--header needs a volume file".to_owned()));
     };
+    args.scene.one_step()?;
     let h = read_header(path, &args.scene.read_options())?;
     let g = &h.grid;
     if args.json {
@@ -67,14 +71,18 @@ fn header(args: &InfoArgs) -> Result<(), CliError> {
     ))
 }
 
-fn table(scene: &Scene) -> String {
+fn table(scene: &Scene, step: u32, steps: u32) -> String {
     let (v, s) = (&scene.volume, &scene.statistics);
     let (g, spacing) = (&v.grid, v.grid.spacing());
     let unit = v.spatial_unit.as_deref().unwrap_or("world units");
     let (lo, hi) = g.world_bounds();
     let bars = histogram(&s.histogram);
+    let time = match steps {
+        1 => "1 step".to_owned(),
+        n => format!("{n} steps, 0 to {}; here step {step}", n - 1),
+    };
     format!(
-        "{}\n  voxels    {} x {} x {} of {}\n  spacing   {} x {} x {} {unit}\n  box       {:.2} ... {:.2} {unit}\n  \
+        "{}\n  voxels    {} x {} x {} of {}\n  time      {time}\n  spacing   {} x {} x {} {unit}\n  box       {:.2} ... {:.2} {unit}\n  \
          axes      {:?}\n  values    {} ... {}, mean {:.6}\n  invalid   {} NaN, {} infinite\n  histogram {bars}\n  transfer  {}",
         v.name,
         g.dims.x,

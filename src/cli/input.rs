@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::progress::Progress;
+use super::time::{Steps, Time, one_step, time};
 use super::{CliError, Global};
 use crate::scene::file::{Override, SceneError, SceneFile};
 use crate::scene::{Scene, TechniqueParams};
 use crate::volume::procedural::Procedural;
-use crate::volume::{RawLayout, ReadOptions, ScalarType};
+use crate::volume::{PLACE, RawLayout, ReadOptions, ScalarType};
 
 /// Which scene, and what is changed in it.
 #[derive(Args, Default)]
 pub(super) struct SceneArgs {
-    /// A scene (.toml), a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .raw), or a procedural volume:
-    /// marschner_lobb, shepp_logan, supernova, cloud, mechanical_part. Default: the built-in scene.
+    /// A scene (.toml), a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .raw), a numbered series of such
+    /// files with {} for the number, as `flow_{}.vti`, or a procedural volume: marschner_lobb, shepp_logan,
+    /// supernova, cloud, mechanical_part. Default: the built-in scene.
     pub(super) input: Option<PathBuf>,
     /// Override a key of the scene, e.g. `--set technique.ray_march.step=0.25`.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -36,8 +38,10 @@ pub(super) struct SceneArgs {
 /// When `path_trace` ends, and what the time step is, which shares an option with it.
 #[derive(Args, Default)]
 struct GoalArgs {
-    /// Time step of a 4D file, from 0; or, with a unit, how long `path_trace` renders: 500ms, 30s, 5m.
-    #[arg(long, value_name = "STEP|DURATION", value_parser = time)]
+    /// Time step of a 4D file or a numbered series, from 0. For `render` also several, FIRST..LAST (both
+    /// included) or `all`: range, transfer function, camera (by default of the whole box) and exposure are
+    /// then the same for all. With a unit, how long `path_trace` renders: 500ms, 30s, 5m.
+    #[arg(long, value_name = "STEP|FIRST..LAST|all|DURATION", value_parser = time)]
     time: Option<Time>,
     /// Samples a pixel of `path_trace`, at most.
     #[arg(long, value_name = "N")]
@@ -45,32 +49,6 @@ struct GoalArgs {
     /// `path_trace` ends when the pixels' standard errors are this share of the mean radiance, as 0.01.
     #[arg(long, value_name = "SHARE")]
     target_error: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Time {
-    Step(u32),
-    Seconds(f64),
-}
-
-fn time(text: &str) -> Result<Time, String> {
-    if let Ok(step) = text.parse() {
-        return Ok(Time::Step(step));
-    }
-    duration(text).map(Time::Seconds).map_err(|_| {
-        "expected a time step (a whole number) or a duration as 500ms, 30s, 5m, 1h".to_owned()
-    })
-}
-
-/// A duration as 500ms, 30s, 5m, 1h, in seconds.
-pub(super) fn duration(text: &str) -> Result<f64, String> {
-    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
-    let in_unit = |(unit, seconds): (&str, f64)| {
-        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
-        (number > 0.0 && number.is_finite()).then_some(number * seconds)
-    };
-    let found = units.into_iter().find_map(in_unit);
-    found.ok_or_else(|| "expected a duration as 500ms, 30s, 5m, 1h".to_owned())
 }
 
 /// `WIDTHxHEIGHT` as keys of the scene.
@@ -169,7 +147,7 @@ impl SceneArgs {
         (!path.exists()).then(|| Procedural::ALL.into_iter().find(|p| p.name() == name))?
     }
 
-    /// A short name for output files.
+    /// A short name for output files; of a series, what stands before the numbers.
     pub(super) fn name(&self) -> String {
         let file = self
             .input
@@ -177,6 +155,10 @@ impl SceneArgs {
             .and_then(Path::file_name)
             .map(|n| n.to_string_lossy().into_owned());
         let name = file.unwrap_or_else(|| "tyndall".to_owned());
+        let name = match name.split_once(PLACE) {
+            Some((before, after)) => before.trim_end_matches(['_', '-', '.']).to_owned() + after,
+            None => name,
+        };
         name.split('.')
             .find(|part| !part.is_empty())
             .unwrap_or("tyndall")
@@ -218,36 +200,71 @@ impl SceneArgs {
         overrides.iter().map(|text| Override::parse(text)).collect()
     }
 
+    /// The time steps to be rendered one after the other, if there are several.
+    pub(super) fn steps(&self) -> Option<Steps> {
+        match self.goals.time {
+            Some(Time::Steps(steps)) => Some(steps),
+            _ => None,
+        }
+    }
+
+    /// Refuses several time steps.
+    pub(super) fn one_step(&self) -> Result<(), CliError> {
+        one_step(self.goals.time)
+    }
+
     /// Reads the scene, not the volume.
     pub(super) fn file(&self, overrides: &[Override]) -> Result<SceneFile, SceneError> {
-        match (self.procedural(), self.volume_file(), &self.input) {
+        let mut file = match (self.procedural(), self.volume_file(), &self.input) {
             (Some(procedural), _, _) => SceneFile::for_procedural(procedural, overrides),
             (_, Some(path), _) => SceneFile::for_volume_file(path, &self.read_options(), overrides),
             (_, _, Some(path)) => SceneFile::load(path, overrides),
             _ => SceneFile::built_in(overrides),
+        }?;
+        if let Some(Time::Step(step)) = self.goals.time {
+            file.set_time(step)?;
         }
+        Ok(file)
     }
 
-    /// Reads and resolves the scene; `more` are overrides that options stand for.
-    pub(super) fn load_with(&self, global: &Global, more: &[String]) -> Result<Scene, CliError> {
-        let file = self.file(&self.overrides(more)?)?;
+    /// Reads the scene, not the volume; `more` are overrides that options stand for.
+    pub(super) fn open(&self, more: &[String]) -> Result<SceneFile, CliError> {
+        Ok(self.file(&self.overrides(more)?)?)
+    }
+
+    /// Reads the volume and chooses what the scene leaves open.
+    pub(super) fn resolve(&self, global: &Global, file: &SceneFile) -> Result<Scene, CliError> {
         let mut progress = Progress::new(global.quiet);
         let scene = file.resolve(&mut |phase, done, total| progress.update(phase, done, total));
         progress.finish();
         let scene = scene?;
-        self.goals.check(&scene.technique)?;
-        remark(global, &scene);
+        self.check(global, &scene)?;
         Ok(scene)
     }
 
-    /// Reads and resolves the scene.
-    pub(super) fn load(&self, global: &Global) -> Result<Scene, CliError> {
+    /// Refuses options that the scene would not heed; tells what was chosen.
+    pub(super) fn check(&self, global: &Global, scene: &Scene) -> Result<(), CliError> {
+        self.goals.check(&scene.technique)?;
+        remark(global, scene);
+        Ok(())
+    }
+
+    /// Reads and resolves the scene; `more` are overrides that options stand for.
+    pub(super) fn load_with(&self, global: &Global, more: &[String]) -> Result<Scene, CliError> {
+        self.resolve(global, &self.open(more)?)
+    }
+
+    /// Reads and resolves the scene of a command that shows one.
+    pub(super) fn load(&self, global: &Global) -> Result<(SceneFile, Scene), CliError> {
+        self.one_step()?;
         if self.is_auto() {
             return Err(CliError::Usage(
                 "--technique auto is for `render`; expected the name of a technique".to_owned(),
             ));
         }
-        self.load_with(global, &[])
+        let file = self.open(&[])?;
+        let scene = self.resolve(global, &file)?;
+        Ok((file, scene))
     }
 }
 

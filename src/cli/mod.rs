@@ -14,7 +14,9 @@ mod plan;
 mod progress;
 mod render;
 mod schema;
+mod sequence;
 mod study;
+mod time;
 
 use std::process::ExitCode;
 

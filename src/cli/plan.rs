@@ -17,7 +17,7 @@ pub(super) struct PlanArgs {
 }
 
 pub(super) fn run(global: &Global, args: &PlanArgs) -> Result<(), CliError> {
-    let scene = args.scene.load(global)?;
+    let (_, scene) = args.scene.load(global)?;
     let device = global.open_device()?;
     let plan = technique::plan(&scene, &device.info().limits)?;
     if args.json {

@@ -9,23 +9,25 @@ use serde_json::json;
 use super::auto::{self, AutoArgs};
 use super::input::{SceneArgs, size};
 use super::progress::Progress;
-use super::{CliError, Global, print, print_json};
+use super::{CliError, Global, print, print_json, sequence};
 use crate::gpu::Device;
 use crate::output::png::{BitDepth, PngOptions};
 use crate::output::tone_map::{Alpha, ToneMapping, expose};
 use crate::output::{Image, Metadata, Variance, atomic, exr, json as json_file, png};
 use crate::scene::file::describe;
 use crate::scene::{Scene, ToneMap};
+use crate::study::Goal;
 use crate::technique::{FrameReport, Renderer};
 
 /// Render a scene, a volume file or a procedural volume to PNG, EXR and JSON.
 #[derive(Args)]
 pub(super) struct RenderArgs {
     #[command(flatten)]
-    scene: SceneArgs,
+    pub(super) scene: SceneArgs,
     /// Output file; may be given several times. The ending decides: .png (display), .exr (linear
     /// float radiance, with its variance where the technique estimates it), .json (settings, times,
-    /// bytes). Default: NAME.png.
+    /// bytes). {} in the name stands for the time step; several steps need it, but for a .json, which
+    /// tells of all of them without it. Default: NAME.png, or NAME_{}.png.
     #[arg(long, short, value_name = "FILE")]
     output: Vec<PathBuf>,
     #[command(flatten)]
@@ -39,7 +41,7 @@ pub(super) struct RenderArgs {
     /// Keep transparency in the PNG instead of the background.
     #[arg(long)]
     alpha: bool,
-    /// Exposure of the PNG in stops, or `auto`.
+    /// Exposure of the PNG in stops, or `auto`; several time steps take that of the first.
     #[arg(long, value_name = "STOPS|auto", allow_hyphen_values = true)]
     exposure: Option<String>,
     /// Tone map of the PNG.
@@ -47,15 +49,40 @@ pub(super) struct RenderArgs {
     tone_map: Option<ToneMap>,
     /// Print settings, times and bytes as JSON.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
+}
+
+/// A finished image.
+pub(super) struct Shot<'a> {
+    pub(super) renderer: &'a Renderer,
+    pub(super) image: &'a Image,
+    pub(super) stops: f32,
+    pub(super) report: &'a serde_json::Value,
 }
 
 pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
-    let start = Instant::now();
-    let outputs = outputs(args)?;
     let goal = args.auto.goal(args.scene.is_auto())?;
+    match (args.scene.steps(), goal) {
+        (None, _) => one_step(global, args, goal),
+        (Some(steps), None) => sequence::run(global, args, steps),
+        (Some(_), Some(_)) => Err(CliError::Usage(
+            "--technique auto: found several time steps, expected one".to_owned(),
+        )),
+    }
+}
+
+fn one_step(global: &Global, args: &RenderArgs, goal: Option<Goal>) -> Result<(), CliError> {
+    let start = Instant::now();
+    let mut outputs = outputs(args, false)?;
     let more = overrides(args)?;
-    let scene = args.scene.load_with(global, &more)?;
+    let file = args.scene.open(&more)?;
+    if outputs.iter().any(|p| sequence::has_place(p)) {
+        let steps = file.time_steps()?;
+        for path in &mut outputs {
+            *path = sequence::filled(path, file.time(), steps);
+        }
+    }
+    let scene = args.scene.resolve(global, &file)?;
     let device = global.open_device()?;
     let (renderer, image, frame, found) = match goal {
         Some(goal) => {
@@ -72,17 +99,13 @@ pub(super) fn run(global: &Global, args: &RenderArgs) -> Result<(), CliError> {
     if let Some(about) = &found {
         report["auto"] = about.report();
     }
-    let metadata = metadata(renderer.scene(), &device);
-    for path in &outputs {
-        match ending(path).as_str() {
-            "exr" => write_exr(path, &renderer, &image, &metadata)?,
-            "json" => json_file::write(path, &report)?,
-            _ => {
-                let options = png_options(args, renderer.scene(), stops);
-                png::write(path, &image, &options, &metadata)?;
-            }
-        }
-    }
+    let shot = Shot {
+        renderer: &renderer,
+        image: &image,
+        stops,
+        report: &report,
+    };
+    write(args, &outputs, &shot, &device, None)?;
     if args.json {
         return print_json(&report);
     }
@@ -120,10 +143,35 @@ fn as_told(
     Ok((renderer, image, frame))
 }
 
+/// Writes an image to files, each as its ending says.
+pub(super) fn write(
+    args: &RenderArgs,
+    files: &[PathBuf],
+    shot: &Shot<'_>,
+    device: &Device,
+    step: Option<u32>,
+) -> Result<(), CliError> {
+    let scene = shot.renderer.scene();
+    let metadata = metadata(scene, device, step);
+    for path in files {
+        match ending(path).as_str() {
+            "exr" => write_exr(path, shot.renderer, shot.image, &metadata)?,
+            "json" => json_file::write(path, shot.report)?,
+            _ => {
+                let options = png_options(args, scene, shot.stops);
+                png::write(path, shot.image, &options, &metadata)?;
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The files to write; unknown endings and missing folders are refused before any work is done.
-fn outputs(args: &RenderArgs) -> Result<Vec<PathBuf>, CliError> {
+pub(super) fn outputs(args: &RenderArgs, several: bool) -> Result<Vec<PathBuf>, CliError> {
     if args.output.is_empty() {
-        return Ok(vec![PathBuf::from(format!("{}.png", args.scene.name()))]);
+        let place = if several { "_{}" } else { "" };
+        let name = format!("{}{place}.png", args.scene.name());
+        return Ok(vec![PathBuf::from(name)]);
     }
     for path in &args.output {
         if !["png", "exr", "json"].contains(&ending(path).as_str()) {
@@ -139,14 +187,15 @@ fn outputs(args: &RenderArgs) -> Result<Vec<PathBuf>, CliError> {
     Ok(args.output.clone())
 }
 
-fn ending(path: &Path) -> String {
+/// The ending of a file's name, without its dot.
+pub(super) fn ending(path: &Path) -> String {
     path.extension()
         .map(|e| e.to_string_lossy().to_lowercase())
         .unwrap_or_default()
 }
 
 /// Options that stand for keys of the scene.
-fn overrides(args: &RenderArgs) -> Result<Vec<String>, CliError> {
+pub(super) fn overrides(args: &RenderArgs) -> Result<Vec<String>, CliError> {
     let mut list = Vec::new();
     if let Some(text) = &args.size {
         list.extend(size(text)?);
@@ -161,7 +210,7 @@ fn overrides(args: &RenderArgs) -> Result<Vec<String>, CliError> {
 }
 
 /// Everything a program may want to know about the render.
-fn report(
+pub(super) fn report(
     renderer: &Renderer,
     device: &Device,
     image: &Image,
@@ -219,7 +268,7 @@ fn png_options(args: &RenderArgs, scene: &Scene, stops: f32) -> PngOptions {
 }
 
 /// What images say about where they come from.
-fn metadata(scene: &Scene, device: &Device) -> Metadata {
+fn metadata(scene: &Scene, device: &Device, step: Option<u32>) -> Metadata {
     let info = device.info();
     let entries = [
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -228,8 +277,10 @@ fn metadata(scene: &Scene, device: &Device) -> Metadata {
         ("driver", info.driver.clone()),
         ("scene", describe(scene).to_string()),
     ];
+    let step = step.map(|n| ("time_step", n.to_string()));
     entries
         .into_iter()
+        .chain(step)
         .map(|(key, value)| (key.to_owned(), value))
         .collect()
 }

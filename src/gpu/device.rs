@@ -28,6 +28,8 @@ pub(super) struct Shared {
     pub(super) queue_family: u32,
     // Index of the barrier every recorder leaves out; `usize::MAX` for none.
     pub(super) omitted_barrier: AtomicUsize,
+    // Images and pipelines made so far.
+    pub(super) created: AtomicUsize,
     pub(super) raw: ash::Device,
     pub(super) info: DeviceInfo,
     pub(super) instance: Instance,
@@ -92,6 +94,7 @@ impl Device {
             queue: Mutex::new(queue),
             queue_family: physical.queue_family,
             omitted_barrier: AtomicUsize::new(usize::MAX),
+            created: AtomicUsize::new(0),
             raw,
             info: physical.info,
             instance,
@@ -148,6 +151,13 @@ impl Device {
                 })
                 .collect()
         })
+    }
+
+    /// How many images and pipelines were made so far, for tests that prove that none is made twice.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn created(&self) -> usize {
+        self.shared.created.load(Ordering::Relaxed)
     }
 
     /// Makes every recorder leave out its `index`-th barrier, for tests that prove that

@@ -1,5 +1,7 @@
 //! Images.
 
+use std::sync::atomic::Ordering;
+
 use ash::vk;
 use glam::UVec3;
 use gpu_allocator::MemoryLocation;
@@ -75,6 +77,7 @@ impl Image {
         bound.context("vkBindImageMemory", name)?;
         image.view = image.create_view()?;
         shared.name(image.view, name);
+        shared.created.fetch_add(1, Ordering::Relaxed);
         Ok(image)
     }
 

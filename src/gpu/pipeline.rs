@@ -1,6 +1,7 @@
 //! Compute pipelines and the descriptor sets they read.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 
@@ -187,6 +188,7 @@ impl ComputePipeline {
             .context("vkCreateComputePipelines", name)?;
         self.raw = pipelines.first().copied().unwrap_or_default();
         shared.name(self.raw, name);
+        shared.created.fetch_add(1, Ordering::Relaxed);
         Ok(())
     }
 

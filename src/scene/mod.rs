@@ -32,7 +32,8 @@ use crate::volume::{Statistics, Volume};
 pub struct Scene {
     /// The voxels.
     pub volume: Arc<Volume>,
-    /// Range, histogram and non-finite count of `volume`.
+    /// Range, histogram and non-finite count of `volume`; in a sequence of time steps, of all of them,
+    /// so that they look alike.
     pub statistics: Arc<Statistics>,
     /// How data values become extinction and colour.
     pub medium: Medium,

@@ -153,7 +153,8 @@ impl Renderer {
         }
         if medium.is_none() {
             // A new medium (other formats or sizes) holds nothing yet, whatever changed.
-            self.dirty = self.dirty.union(Inputs::of(&[Input::Volume]));
+            let all = Inputs::of(&[Input::Volume, Input::TransferFunction]);
+            self.dirty = self.dirty.union(all);
         }
         let medium = medium.map_or_else(|| Medium::new(&self.device, plan.medium()), Ok)?;
         let size = [self.scene.image.width, self.scene.image.height];
@@ -172,8 +173,10 @@ impl Renderer {
             medium::record_ranges(&mut recorder, &medium);
             stages.extend(recorder.submit()?);
         }
-        if self.dirty.contains(Input::Volume) || self.dirty.contains(Input::TransferFunction) {
+        if self.dirty.contains(Input::TransferFunction) {
             stages.extend(medium.upload_table(&self.scene)?);
+        }
+        if self.dirty.contains(Input::Volume) || self.dirty.contains(Input::TransferFunction) {
             let mut recorder = Recorder::new(&self.device)?;
             medium::record_occupancy(&mut recorder, &medium);
             stages.extend(recorder.submit()?);

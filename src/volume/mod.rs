@@ -11,15 +11,18 @@ mod payload;
 pub mod procedural;
 mod raw;
 mod read;
+mod series;
 mod source;
 mod statistics;
 mod voxels;
+mod vti;
 
 pub use color::{ColorVolume, read_color};
 pub use error::VolumeError;
 pub use grid::{Grid, Space};
 pub use raw::RawLayout;
 pub use read::{Format, Progress, ReadOptions, read, read_header};
+pub use series::{PLACE, Series};
 pub use statistics::Statistics;
 pub use voxels::{ScalarType, Voxels};
 
@@ -34,7 +37,7 @@ pub struct Header {
     pub rescale: Rescale,
     /// The file format it was read from.
     pub format: Format,
-    /// Number of time steps in the file; 1 for 3D data.
+    /// Number of time steps in the file or series of files; 1 for 3D data.
     pub time_steps: u32,
     /// The file's own word for the world unit (`mm`, `um`, ...), if it has one.
     pub spatial_unit: Option<String>,

@@ -1,5 +1,7 @@
 //! What is in a volume: range, histogram, non-finite voxels.
 
+mod union;
+
 use rayon::prelude::*;
 use serde::Serialize;
 

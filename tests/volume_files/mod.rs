@@ -241,3 +241,116 @@ pub fn good_meta(fields: &str, data: &str) -> String {
          ElementDataFile = {data}\n"
     )
 }
+
+/// How a VTK image file is written.
+#[derive(Clone, Copy, Debug)]
+pub struct Vti {
+    pub scalar_type: ScalarType,
+    /// `ascii`, `binary`, `raw` or `base64` (the last two appended).
+    pub format: &'static str,
+    /// Bytes of a zlib block.
+    pub zlib: Option<usize>,
+    pub wide: bool,
+    pub big: bool,
+}
+
+impl Vti {
+    pub fn new(scalar_type: ScalarType, format: &'static str) -> Self {
+        Self {
+            scalar_type,
+            format,
+            zlib: None,
+            wide: false,
+            big: false,
+        }
+    }
+
+    pub fn type_name(self) -> &'static str {
+        match self.scalar_type {
+            ScalarType::U8 => "UInt8",
+            ScalarType::I8 => "Int8",
+            ScalarType::U16 => "UInt16",
+            ScalarType::I16 => "Int16",
+            ScalarType::U32 => "UInt32",
+            ScalarType::I32 => "Int32",
+            ScalarType::F32 => "Float32",
+            ScalarType::F64 => "Float64",
+        }
+    }
+
+    /// Words of a header.
+    pub fn words(self, words: &[u64]) -> Vec<u8> {
+        let bytes = |w: &u64| {
+            let mut b = match self.wide {
+                true => w.to_le_bytes().to_vec(),
+                false => u32::try_from(*w).unwrap().to_le_bytes().to_vec(),
+            };
+            if self.big {
+                b.reverse();
+            }
+            b
+        };
+        words.iter().flat_map(bytes).collect()
+    }
+
+    /// Header and data of an array.
+    pub fn data(self, values: &[f64]) -> Vec<u8> {
+        if self.format == "ascii" {
+            return payload(values, self.scalar_type, false, Encoding::Text);
+        }
+        let raw = payload(values, self.scalar_type, self.big, Encoding::Raw);
+        let (header, data) = match self.zlib {
+            None => (self.words(&[raw.len() as u64]), raw),
+            Some(size) => {
+                let blocks: Vec<_> = raw
+                    .chunks(size)
+                    .map(|b| compress(b, Encoding::Zlib))
+                    .collect();
+                let last = raw.len() % size;
+                let mut words = vec![blocks.len() as u64, size as u64, last as u64];
+                words.extend(blocks.iter().map(|b| b.len() as u64));
+                (self.words(&words), blocks.concat())
+            }
+        };
+        let encode = |b: &[u8]| base64::Engine::encode(&base64::prelude::BASE64_STANDARD, b);
+        match (self.format, self.zlib) {
+            ("raw", _) => [header, data].concat(),
+            // VTK encodes the header of blocks apart from them.
+            (_, Some(_)) => (encode(&header) + &encode(&data)).into_bytes(),
+            _ => encode(&[header, data].concat()).into_bytes(),
+        }
+    }
+
+    /// A whole file around the data of one array of the points.
+    pub fn file(self, extent: &str, data: &[u8]) -> Vec<u8> {
+        self.file_with(extent, "Spacing=\"1 1 1\"", "PointData", data)
+    }
+
+    /// The same with other attributes of the image, and points or cells.
+    pub fn file_with(self, extent: &str, image: &str, place: &str, data: &[u8]) -> Vec<u8> {
+        let (name, order) = (self.type_name(), if self.big { "Big" } else { "Little" });
+        let zlib = self
+            .zlib
+            .map_or("", |_| " compressor=\"vtkZLibDataCompressor\"");
+        let word = if self.wide { 64 } else { 32 };
+        let appended = ["raw", "base64"].contains(&self.format);
+        let mut text = format!(
+            "<?xml version=\"1.0\"?>\n<!-- a > b \"quoted -->\n<VTKFile type=\"ImageData\" version=\"1.0\" \
+             byte_order=\"{order}Endian\" header_type=\"UInt{word}\"{zlib}>\n\
+             <ImageData WholeExtent=\"{extent}\" {image}>\n<Piece Extent=\"{extent}\">\n\
+             <{place} Scalars=\"a\">\n<DataArray type=\"{name}\" Name=\"a\" "
+        );
+        text += &match appended {
+            true => "format=\"appended\" offset=\"0\"/>".to_owned(),
+            false => format!("format=\"{}\">\n", self.format),
+        };
+        let after = format!("</{place}>\n</Piece>\n</ImageData>\n");
+        if appended {
+            text += &format!("\n{after}<AppendedData encoding=\"{}\">\n _", self.format);
+            let end = "\n</AppendedData>\n</VTKFile>\n";
+            return [text.as_bytes(), data, end.as_bytes()].concat();
+        }
+        let end = format!("</DataArray>\n{after}</VTKFile>");
+        [text.as_bytes(), data, end.as_bytes()].concat()
+    }
+}

@@ -7,8 +7,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::input::{SceneArgs, duration, size};
+use super::input::{SceneArgs, size};
 use super::progress::Progress;
+use super::time::duration;
 use super::{CliError, Global, print, print_json};
 use crate::gpu::Device;
 use crate::scene::Scene;

@@ -12,6 +12,7 @@ mod load;
 mod overrides;
 mod resolve;
 mod spec;
+mod steps;
 mod validate;
 mod wording;
 

@@ -7,16 +7,16 @@ use std::sync::Arc;
 use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
-    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RawSpec,
-    RadiusSpec, ShadingSpec, TechniqueName, VolumeSpec,
+    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec,
+    RawSpec, ShadingSpec, TechniqueName,
 };
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Quantity, automatic, read_file};
 use crate::scene::{
-    AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure, ImageSettings, LatLongMap, Light, Medium,
-    PathTraceParams, Plane, Projection, Radius, RayMarchParams, Scene, Shading, SingleScatterParams,
-    TechniqueParams, TransferFunction, linear_from_srgb,
+    AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure, ImageSettings, LatLongMap,
+    Light, Medium, PathTraceParams, Plane, Projection, Radius, RayMarchParams, Scene, Shading,
+    SingleScatterParams, TechniqueParams, TransferFunction, linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
 use crate::volume::{self, ColorVolume, RawLayout, ReadOptions, Statistics, Volume};
@@ -36,7 +36,7 @@ impl SceneFile {
     /// # Errors
     /// The volume or transfer function cannot be read.
     pub fn resolve(&self, progress: Progress<'_>) -> Result<Scene, SceneError> {
-        let volume = self.volume(progress)?;
+        let volume = self.volume(self.time(), progress)?;
         let statistics = Statistics::of(&volume);
         self.resolve_with(Arc::new(volume), Arc::new(statistics))
     }
@@ -50,10 +50,21 @@ impl SceneFile {
         volume: Arc<Volume>,
         statistics: Arc<Statistics>,
     ) -> Result<Scene, SceneError> {
+        self.resolve_framed(volume, statistics, None)
+    }
+
+    /// An automatic camera shows what `framed` makes visible; without it, what the scene does.
+    pub(super) fn resolve_framed(
+        &self,
+        volume: Arc<Volume>,
+        statistics: Arc<Statistics>,
+        framed: Option<&TransferFunction>,
+    ) -> Result<Scene, SceneError> {
         let medium = self.medium(&volume, &statistics)?;
         let image = self.image();
         let clip = self.clip();
-        let camera = self.camera(&volume, &medium.transfer_function, &clip, &image);
+        let framed = framed.unwrap_or(&medium.transfer_function);
+        let camera = self.camera(&volume, framed, &clip, &image);
         let lights = match &self.spec.lights {
             Some(list) => self.lights(list)?,
             None => framing::lights(&camera),
@@ -70,7 +81,8 @@ impl SceneFile {
         })
     }
 
-    fn volume(&self, progress: Progress<'_>) -> Result<Volume, SceneError> {
+    /// Reads time step `time`, or evaluates the formula.
+    pub(super) fn volume(&self, time: u32, progress: Progress<'_>) -> Result<Volume, SceneError> {
         let v = &self.spec.volume;
         let Some(file) = &v.file else {
             progress("evaluating", 0, 1);
@@ -81,7 +93,10 @@ impl SceneFile {
             return Ok(name.volume(resolution.unwrap_or(RESOLUTION)));
         };
         let path = self.folder.join(file);
-        let options = read_options(v);
+        let options = ReadOptions {
+            raw: v.raw.as_ref().map(raw_layout),
+            time,
+        };
         Ok(volume::read(&path, &options, &mut |done, total| {
             progress("reading", done, total)
         })?)
@@ -327,14 +342,7 @@ impl SceneFile {
     }
 }
 
-fn read_options(v: &VolumeSpec) -> ReadOptions {
-    ReadOptions {
-        raw: v.raw.as_ref().map(raw_layout),
-        time: v.time.unwrap_or(0),
-    }
-}
-
-fn raw_layout(r: &RawSpec) -> RawLayout {
+pub(super) fn raw_layout(r: &RawSpec) -> RawLayout {
     RawLayout {
         dims: r.dims,
         scalar_type: r.scalar_type,

@@ -36,11 +36,13 @@ pub struct SceneSpec {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VolumeSpec {
-    /// Path of a volume file, relative to the scene file.
+    /// Path of a volume file, relative to the scene file. With `{}` in its name it is a time-dependent
+    /// volume: every file with digits in that place is a step, as `flow_{}.vti` for `flow_008.vti`,
+    /// `flow_010.vti`, ...; in the order of the numbers, gaps allowed.
     pub file: Option<String>,
     /// Layout of a headerless `file`.
     pub raw: Option<RawSpec>,
-    /// Time step of a 4D `file`, from 0.
+    /// Time step of a 4D `file` or of a series of files, from 0 whatever the numbers are.
     pub time: Option<u32>,
     /// A volume from a formula.
     pub procedural: Option<ProceduralSpec>,

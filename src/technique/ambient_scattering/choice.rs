@@ -82,7 +82,11 @@ fn weighted(list: impl Iterator<Item = (f64, DVec3)>) -> DVec3 {
     let (weight, sum) = list.fold((0.0, DVec3::ZERO), |(weight, sum), (w, color)| {
         (weight + w, sum + w * color)
     });
-    if weight > 0.0 { sum / weight } else { DVec3::ONE }
+    if weight > 0.0 {
+        sum / weight
+    } else {
+        DVec3::ONE
+    }
 }
 
 /// Voxels, colour and extinction of every bin of the histogram.

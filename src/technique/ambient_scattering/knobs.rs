@@ -6,10 +6,7 @@ use crate::technique::{Knob, Knobs};
 pub const KNOBS: Knobs = Knobs {
     technique: super::NAME,
     knobs: &[
-        Knob::new(
-            "technique.ambient_scattering.step",
-            &["4", "2", "1", "0.5"],
-        ),
+        Knob::new("technique.ambient_scattering.step", &["4", "2", "1", "0.5"]),
         Knob::new(
             "technique.ambient_scattering.radius",
             &["8", "4", "2", "auto"],

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::lookup::{Scalars, per_octave};
 use super::AmbientScatteringPlan;
+use super::lookup::{Scalars, per_octave};
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{AmbientScatteringParams, Scene};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};

@@ -128,7 +128,11 @@ impl Channel {
         Self {
             scattered,
             tube: tube.collect(),
-            vacuum: if key.tube == Tube::Literal { vacuum } else { 0.0 },
+            vacuum: if key.tube == Tube::Literal {
+                vacuum
+            } else {
+                0.0
+            },
         }
     }
 }

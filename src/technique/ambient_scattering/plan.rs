@@ -144,9 +144,15 @@ pub fn plan(
     let extinction = field(FieldKind::AmbientExtinction, radius, lights > 0)?;
     let far = choice::occlusion_radius(scene, params.occlusion_radius);
     let occlusion = field(FieldKind::Occlusion, far, environment)?;
-    let steps = (scene.volume.grid.diagonal() / (2.0 * radius)).ceil().max(1.0);
+    let steps = (scene.volume.grid.diagonal() / (2.0 * radius))
+        .ceil()
+        .max(1.0);
     let cache = CachePlan::new(scene, params, (lights, steps as u64), limits)?;
-    let tube = if cache.is_none() { f64::from(lights) * steps } else { 0.0 };
+    let tube = if cache.is_none() {
+        f64::from(lights) * steps
+    } else {
+        0.0
+    };
     let samples = longest_ray(scene, params)?;
     let interval = interval(scene, params, radius);
     let looks = 2.0 * samples / f64::from(interval) * (1.0 + tube);

@@ -49,7 +49,11 @@ impl Slab {
         // good as no scattering (delta-M scaling, [Wiscombe1977]).
         let f = g.abs().powi(2 * STREAMS as i32) * f64::from(u8::from(g > 0.0));
         let peak = 1.0 - albedo * f;
-        let scaled = if peak > 0.0 { (1.0 - f) * albedo / peak } else { 0.0 };
+        let scaled = if peak > 0.0 {
+            (1.0 - f) * albedo / peak
+        } else {
+            0.0
+        };
         let moments: Vec<f64> = (0..2 * STREAMS)
             .map(|l| (g.powi(l as i32) - f) / (1.0 - f))
             .collect();
@@ -88,7 +92,10 @@ impl Slab {
 
     fn scaled(&self, depth: f64) -> f64 {
         let upper = self.nodes.partition_point(|n| n[0] <= depth);
-        match (upper.checked_sub(1).map(|i| self.nodes[i]), self.nodes.get(upper)) {
+        match (
+            upper.checked_sub(1).map(|i| self.nodes[i]),
+            self.nodes.get(upper),
+        ) {
             (None, _) => self.thin,
             (Some(a), Some(b)) => {
                 let s = (depth / a[0]).ln() / (b[0] / a[0]).ln();
@@ -131,8 +138,13 @@ impl Optics {
             let mut forward = cosines.map(value);
             let mut backward = cosines.map(|c| value(-c));
             // No light is lost to the quadrature.
-            let sum: f64 = (0..STREAMS).map(|i| weights[i] * (forward[i] + backward[i])).sum();
-            forward.iter_mut().chain(&mut backward).for_each(|v| *v /= sum);
+            let sum: f64 = (0..STREAMS)
+                .map(|i| weights[i] * (forward[i] + backward[i]))
+                .sum();
+            forward
+                .iter_mut()
+                .chain(&mut backward)
+                .for_each(|v| *v /= sum);
             if j == STREAMS {
                 (optics.front_forward, optics.front_backward) = (forward, backward);
                 continue;
@@ -180,9 +192,7 @@ impl Optics {
         let rising: Vector = std::array::from_fn(|i| up_below[i] + applied(r, &falling)[i]);
         Layer {
             depth: 2.0 * l.depth,
-            reflection: std::array::from_fn(|i| {
-                std::array::from_fn(|j| r[i][j] + reflected[i][j])
-            }),
+            reflection: std::array::from_fn(|i| std::array::from_fn(|j| r[i][j] + reflected[i][j])),
             transmission: product(t, &bounced),
             down: std::array::from_fn(|i| front * l.down[i] + applied(t, &falling)[i]),
             up: std::array::from_fn(|i| l.up[i] + applied(t, &rising)[i]),
@@ -204,8 +214,14 @@ fn redistribution(to: f64, from: f64, moments: &[f64]) -> f64 {
     for (l, moment) in moments.iter().enumerate() {
         let n = l as f64;
         sum += 0.5 * (2.0 * n + 1.0) * moment * a[0] * b[0];
-        a = [a[1], ((2.0 * n + 3.0) * to * a[1] - (n + 1.0) * a[0]) / (n + 2.0)];
-        b = [b[1], ((2.0 * n + 3.0) * from * b[1] - (n + 1.0) * b[0]) / (n + 2.0)];
+        a = [
+            a[1],
+            ((2.0 * n + 3.0) * to * a[1] - (n + 1.0) * a[0]) / (n + 2.0),
+        ];
+        b = [
+            b[1],
+            ((2.0 * n + 3.0) * from * b[1] - (n + 1.0) * b[0]) / (n + 2.0),
+        ];
     }
     // A sharp peak rings in so many moments.
     sum.max(1e-9)
@@ -255,7 +271,9 @@ fn inverse_of_one_minus(m: &Matrix) -> Matrix {
     let mut inverse: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| one(i, j)));
     for k in 0..STREAMS {
         let pivot = 1.0 / a[k][k];
-        a[k].iter_mut().chain(&mut inverse[k]).for_each(|v| *v *= pivot);
+        a[k].iter_mut()
+            .chain(&mut inverse[k])
+            .for_each(|v| *v *= pivot);
         let (row, row_inverse) = (a[k], inverse[k]);
         for i in (0..STREAMS).filter(|i| *i != k) {
             let factor = a[i][k];

@@ -135,7 +135,9 @@ impl MediumPlan {
     #[must_use]
     pub fn stages(&self) -> Vec<StagePlan> {
         let volume = Inputs::of(&[Input::Volume]);
-        let table = Inputs::of(&[Input::Volume, Input::TransferFunction]);
+        // A volume of another range has another plan, and all is made anew.
+        let table = Inputs::of(&[Input::TransferFunction]);
+        let occupancy = volume.union(table);
         let stage = |name, depends_on, domain, dispatches, specialization| StagePlan {
             name,
             depends_on,
@@ -164,8 +166,20 @@ impl MediumPlan {
                     1,
                     c.min_max_constants(),
                 ),
-                stage(stage::CELL_OCCUPANCY, table, c.dims, 1, c.reach_constants()),
-                stage(stage::CELL_DISTANCE, table, c.dims, 3, c.reach_constants()),
+                stage(
+                    stage::CELL_OCCUPANCY,
+                    occupancy,
+                    c.dims,
+                    1,
+                    c.reach_constants(),
+                ),
+                stage(
+                    stage::CELL_DISTANCE,
+                    occupancy,
+                    c.dims,
+                    3,
+                    c.reach_constants(),
+                ),
             ]);
         }
         stages

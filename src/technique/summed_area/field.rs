@@ -165,10 +165,8 @@ impl Field {
             (area, pipeline) = (Some(old.area), Some(old.pipeline));
         }
         let area = SummedArea::new(device, &plan.area, area)?;
-        let pipeline = pipeline.map_or_else(
-            || ComputePipeline::new(device, plan.layout(), &[]),
-            Ok,
-        )?;
+        let pipeline =
+            pipeline.map_or_else(|| ComputePipeline::new(device, plan.layout(), &[]), Ok)?;
         let image = image.map_or_else(|| field_image(device, plan), Ok)?;
         Ok(Self {
             plan: plan.clone(),

@@ -78,7 +78,10 @@ pub(super) fn reading(medium: &MediumPlan) -> usize {
 /// Push constants of `summed_area.extinction`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[allow(missing_docs, reason = "documented in glsl/summed_area/extinction.glsl")]
+#[allow(
+    missing_docs,
+    reason = "documented in glsl/summed_area/extinction.glsl"
+)]
 pub struct ExtinctionPush {
     pub first_slice: u32,
     pub slice_count: u32,
@@ -98,7 +101,10 @@ pub struct BoxPush {
 /// The `Area` block, std140.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[allow(missing_docs, reason = "documented in glsl/summed_area/extinction.glsl")]
+#[allow(
+    missing_docs,
+    reason = "documented in glsl/summed_area/extinction.glsl"
+)]
 pub struct AreaUniform {
     pub table: [f32; 4],
     pub dims: [u32; 4],

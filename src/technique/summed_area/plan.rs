@@ -110,15 +110,24 @@ impl SummedAreaPlan {
             cell,
             cells,
             // A whole number of levels for the densest voxel: a medium of one opacity is summed exactly.
-            levels: if densest > 0.0 { largest.floor() / densest } else { 1.0 },
+            levels: if densest > 0.0 {
+                largest.floor() / densest
+            } else {
+                1.0
+            },
             slices_per_submission: u32::try_from(slices).unwrap_or(1),
-            constants: constants.map(|(&c, value)| Specialization { value, ..c }).collect(),
+            constants: constants
+                .map(|(&c, value)| Specialization { value, ..c })
+                .collect(),
             reading: layout::reading(medium),
         };
         if plan.cells.max_element() > limits.max_image_3d {
             return Err(PlanError::Limit {
                 what: "sums".to_owned(),
-                found: format!("{} x {} x {} cells", plan.cells.x, plan.cells.y, plan.cells.z),
+                found: format!(
+                    "{} x {} x {} cells",
+                    plan.cells.x, plan.cells.y, plan.cells.z
+                ),
                 limit: format!("the device's 3D images reach {}", limits.max_image_3d),
                 fix: "raise the radius".to_owned(),
             });

@@ -54,11 +54,19 @@ fn record_scans<'a>(r: &mut Recorder<'a>, area: &'a SummedArea, sums: &'a Sums) 
     let lines = UVec3::new(n.y, n.z, 1);
     r.dispatch(&area.scan, &sums.scan, bytes_of(&0u32), lines);
     // RAW and WAW: the lines along y add up what those along x wrote.
-    r.image_barrier(&sums.image, Access::ComputeReadWrite, Access::ComputeReadWrite);
+    r.image_barrier(
+        &sums.image,
+        Access::ComputeReadWrite,
+        Access::ComputeReadWrite,
+    );
     let lines = UVec3::new(n.x, n.z, 1);
     r.dispatch(&area.scan, &sums.scan, bytes_of(&1u32), lines);
     // RAW and WAW: likewise for z.
-    r.image_barrier(&sums.image, Access::ComputeReadWrite, Access::ComputeReadWrite);
+    r.image_barrier(
+        &sums.image,
+        Access::ComputeReadWrite,
+        Access::ComputeReadWrite,
+    );
     let lines = UVec3::new(n.x, n.y, 1);
     r.dispatch(&area.scan, &sums.scan, bytes_of(&2u32), lines);
     // RAW: what reads boxes finds the finished table.

@@ -1,13 +1,13 @@
 //! From the file's bytes to the typed array.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::str::FromStr;
 
 use bytemuck::Pod;
 
-use super::decoder::Decoder;
-use super::{Payload, Size, text};
+use super::vtk::{OpenError, Opened};
+use super::{Payload, Size, Vtk, text};
 use crate::volume::VolumeError;
 use crate::volume::read::Progress;
 
@@ -32,7 +32,7 @@ impl Payload {
 
     pub(super) fn read_compressed<T: Pod>(
         &self,
-        mut decoder: Decoder,
+        mut decoder: impl Read,
         size: Size,
         progress: Progress<'_>,
     ) -> Result<Vec<T>, VolumeError> {
@@ -52,6 +52,22 @@ impl Payload {
         match io::copy(&mut decoder.take(1), &mut io::sink()) {
             Ok(_) => Ok(voxels),
             Err(e) => Err(self.stream_error(e, size, size.skip + size.wanted)),
+        }
+    }
+
+    pub(super) fn read_vtk<T: Pod + FromStr>(
+        &self,
+        vtk: Vtk,
+        file: File,
+        size: Size,
+        progress: Progress<'_>,
+    ) -> Result<Vec<T>, VolumeError> {
+        let reader = BufReader::with_capacity(1 << 16, file.take(vtk.bytes));
+        match vtk.open(reader, size.wanted) {
+            Ok(Opened::Text(text)) => self.read_text(text, size, progress),
+            Ok(Opened::Bytes(bytes)) => self.read_compressed(bytes, size, progress),
+            Err(OpenError::Io(e)) => Err(self.stream_error(e, size, 0)),
+            Err(OpenError::Contradiction(found)) => Err(self.error(found, &self.claim(size))),
         }
     }
 
@@ -86,14 +102,10 @@ impl Payload {
 
     pub(super) fn read_text<T: Pod + FromStr>(
         &self,
-        mut reader: BufReader<File>,
+        mut reader: impl BufRead,
         size: Size,
         progress: Progress<'_>,
     ) -> Result<Vec<T>, VolumeError> {
-        let skip = i64::try_from(self.skip_bytes).unwrap_or(i64::MAX);
-        reader
-            .seek_relative(skip)
-            .map_err(|e| VolumeError::io(&self.path, "read", e))?;
         let mut token = Vec::new();
         for _ in 0..self.skip_voxels {
             text::next_number::<f64>(&mut reader, &mut token)

@@ -14,12 +14,12 @@ const BZIP2_BLOCK: u64 = 900_000 / 5 * 259;
 /// Fewer bytes than any bzip2 block takes (its magic, checksum, symbol map and code tables).
 const BZIP2_BLOCK_MIN: u64 = 20;
 /// Deflate codes at most 258 bytes in 2 bits.
-const DEFLATE_RATIO: u64 = 1032;
+pub(super) const DEFLATE_RATIO: u64 = 1032;
 
 /// The most bytes that `len` bytes of compressed data can possibly decode to.
 pub(super) fn decoded_limit(encoding: Encoding, len: u64) -> u64 {
     match encoding {
-        Encoding::Raw | Encoding::Text => len,
+        Encoding::Raw | Encoding::Text | Encoding::Vtk(_) => len,
         Encoding::Gzip | Encoding::Zlib => len.saturating_mul(DEFLATE_RATIO),
         Encoding::Bzip2 => len.div_ceil(BZIP2_BLOCK_MIN).saturating_mul(BZIP2_BLOCK),
     }
@@ -54,7 +54,7 @@ impl Decoder {
             Encoding::Gzip => Some(Member::Gzip(GzDecoder::new(reader))),
             Encoding::Zlib => Some(Member::Zlib(ZlibDecoder::new(reader))),
             Encoding::Bzip2 => Some(Member::Bzip2(BzDecoder::new(reader))),
-            Encoding::Raw | Encoding::Text => None,
+            Encoding::Raw | Encoding::Text | Encoding::Vtk(_) => None,
         }
     }
 

@@ -7,6 +7,7 @@
 mod decode;
 mod decoder;
 mod text;
+mod vtk;
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -17,6 +18,7 @@ use glam::UVec3;
 
 use decoder::Decoder;
 use text::TextError;
+pub(super) use vtk::{Vtk, VtkLayout};
 
 use super::header_text::shown;
 use super::read::Progress;
@@ -38,6 +40,8 @@ pub(super) enum Encoding {
     Zlib,
     /// Bzip2 streams.
     Bzip2,
+    /// An array of a VTK XML file.
+    Vtk(Vtk),
 }
 
 impl Encoding {
@@ -48,6 +52,7 @@ impl Encoding {
             Self::Gzip => "gzip",
             Self::Zlib => "zlib",
             Self::Bzip2 => "bzip2",
+            Self::Vtk(vtk) => vtk.name(),
         }
     }
 }
@@ -116,10 +121,16 @@ impl Payload {
             .map_err(|e| VolumeError::io(&self.path, "read", e))?;
         match self.encoding {
             Encoding::Raw => self.read_raw(file, size, progress),
-            Encoding::Text => self.read_text(BufReader::new(file), size, progress),
+            Encoding::Text => {
+                file.seek_relative(i64::try_from(self.skip_bytes).unwrap_or(i64::MAX))
+                    .map_err(|e| VolumeError::io(&self.path, "read", e))?;
+                self.read_text(BufReader::new(file), size, progress)
+            }
+            Encoding::Vtk(vtk) => self.read_vtk(vtk, file, size, progress),
             Encoding::Gzip | Encoding::Zlib | Encoding::Bzip2 => {
                 let reader = BufReader::with_capacity(1 << 18, file);
-                self.read_compressed(Decoder::new(self.encoding, reader), size, progress)
+                let decoder = Decoder::new(self.encoding, reader);
+                self.read_compressed(decoder, size, progress)
             }
         }
     }
@@ -160,6 +171,7 @@ impl Payload {
                 there >= needed,
                 format!("{there} bytes after offset {start} (truncated file?)"),
             ),
+            Encoding::Vtk(vtk) => vtk.check_length(there, size.voxels as u64, needed),
             // A number and the space after it take 2 bytes at least.
             Encoding::Text => {
                 let numbers = there.saturating_sub(self.skip_bytes).div_ceil(2);
