@@ -185,6 +185,7 @@ fn every_binding_is_of_the_declared_kind() {
                         DescriptorType::CombinedImageSampler() => BindingKind::SampledImage,
                         DescriptorType::StorageImage(_) => BindingKind::StorageImage,
                         DescriptorType::UniformBuffer() => BindingKind::UniformBuffer,
+                        DescriptorType::StorageBuffer(_) => BindingKind::StorageBuffer,
                         other => panic!("{}: {other:?}", layout.shader.name),
                     };
                     found[desc_bind.bind() as usize] = Some(kind);

@@ -5,6 +5,7 @@
 //! say where the medium is empty.
 
 mod albedo_volume;
+pub mod ambient_scattering;
 mod inputs;
 mod knob;
 mod lights;
