@@ -10,7 +10,9 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint ALBEDOS = 1u;
 
 const uint LANES = 64u;
-const uint STRATEGIES = 3u;
+// Of so many paths one goes by each of two stretched strategies, which find the dark side, the others by the
+// plain one, which is best for the rest.
+const uint CYCLE = 6u;
 // lavapipe ends a shader after 65,535 loop rounds: LANES + MAX_STEPS of them a round.
 const uint MAX_ROUNDS = 640u;
 const uint MAX_STEPS = 24u;
@@ -40,7 +42,7 @@ float usual(vec3 x, float decay) {
 
 // By the balance heuristic over the three strategies [Veach1995]; without the albedo.
 float weight(Path path) {
-    return float(STRATEGIES) * path.survival / (1.0 + path.likelier.x + path.likelier.y);
+    return float(CYCLE) * path.survival / (float(CYCLE - 2u) + path.likelier.x + path.likelier.y);
 }
 
 vec2 stretches(Job job) {
@@ -128,7 +130,7 @@ void main() {
         for (uint steps = 0u; steps < MAX_STEPS && (alive || next < job.paths); ++steps) {
             uvec4 counter = uvec4(job.key, job.batch * LANES + lane, draws++, seed);
             if (!alive) {
-                strategy = next++ % STRATEGIES;
+                strategy = uint(max(int(next++ % CYCLE) - int(CYCLE - 3u), 0));
                 path = start(job, strategy, uniform_numbers(counter).x);
                 alive = true;
                 counter.z = draws++;

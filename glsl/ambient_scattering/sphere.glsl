@@ -8,7 +8,7 @@ const uint MAX_ALBEDOS = 8u;
 // the column's batches. stretch: how much longer flights are that lead away from the start, for the
 // middle and the strongest of three strategies. decay: how fast radiance falls off from the start, per
 // radius. theta_first, theta_step: angles to the light. even: share of looks in any direction.
-// paths: of an invocation, a multiple of 3.
+// paths: of an invocation, a multiple of 6.
 struct Job {
     float sigma_t;
     float g;

@@ -17,7 +17,7 @@ const GS: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
 /// Batches of each, by both.
 const BATCHES: u32 = 64;
 /// Paths of a batch: an invocation's, and an angle's of the plain estimator.
-const PATHS: u32 = 33;
+const PATHS: u32 = 36;
 
 /// Variance times time of both estimators over the entries of a column brighter than [`DARK`].
 #[derive(Clone, Debug, Serialize)]

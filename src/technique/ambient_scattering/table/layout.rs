@@ -90,7 +90,7 @@ pub struct Job {
 
 impl Job {
     /// One batch of a column, its samples sent where a medium of `albedo` needs them. `angles` are the
-    /// first and the step, radians; `paths` is per invocation and a multiple of 3, for as many strategies.
+    /// first and the step, radians; `paths` is per invocation and a multiple of 6, the cycle of strategies.
     #[must_use]
     pub fn new(
         [sigma_t, g]: [f64; 2],

@@ -25,10 +25,10 @@ pub struct Request {
 }
 
 impl Request {
-    /// Paths of an invocation and batch, a multiple of the three strategies: fewer where paths are long.
+    /// Paths of an invocation and batch, a multiple of 6, the cycle of strategies: fewer where paths are long.
     #[must_use]
     pub fn paths(&self) -> u32 {
-        if self.albedos[0] > 0.93 { 3 } else { 33 }
+        if self.albedos[0] > 0.93 { 6 } else { 36 }
     }
 
     /// The paper's grid at one albedo, to the default errors.
