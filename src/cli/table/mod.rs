@@ -41,8 +41,8 @@ pub(super) struct TableArgs {
     #[arg(long, value_name = "0..1", default_value = "0.9", value_parser = albedo, requires = "output")]
     albedo: f64,
     /// Relative standard error that half of the entries of each column (a sigma_t and g) keep to; 98 of 100 keep
-    /// to four times as much.
-    #[arg(long, value_name = "SHARE", default_value = "0.007", value_parser = share)]
+    /// to 2.5 times as much.
+    #[arg(long, value_name = "SHARE", default_value = "0.02", value_parser = share)]
     error: f64,
     /// Seed of the random numbers: the same one gives the same bits.
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -119,7 +119,7 @@ fn build_into(global: &Global, args: &TableArgs, folder: &Path) -> Result<Table,
     let request = Request {
         seed: args.seed,
         median_error: args.error,
-        tail_error: 4.0 * args.error,
+        tail_error: 2.5 * args.error,
         ..Request::new(vec![args.albedo], Grid::PAPER)
     };
     let state = folder.join("state.sums");

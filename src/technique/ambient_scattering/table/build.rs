@@ -11,8 +11,6 @@ use super::state;
 use super::sums::{Request, Sums};
 use crate::gpu::Device;
 
-/// Batches that every column has at least.
-pub const FIRST_BATCHES: u32 = 16;
 /// Seconds between saved states.
 const SAVE_EVERY: Duration = Duration::from_secs(20);
 
@@ -33,7 +31,7 @@ pub fn build(
     let kept = state.filter(|path| path.exists());
     let mut sums = match kept {
         Some(path) => state::load(path, request)?,
-        None => Sums::new(request.clone(), FIRST_BATCHES),
+        None => Sums::new(request.clone()),
     };
     let stage = Preintegrator::new(device, Estimator::Shared, &request.albedos, request.seed)?;
     let mut saved = Instant::now();

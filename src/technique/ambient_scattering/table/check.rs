@@ -74,7 +74,7 @@ pub fn read(path: &Path) -> Result<Vec<Point>, TableError> {
             && (-0.99..=0.99).contains(&p.g)
             && p.sigma_t >= 0.0
             && p.sigma_t.is_finite()
-            && (0.0..=3.142).contains(&p.theta)
+            && (0.0..=std::f64::consts::PI + 1e-6).contains(&p.theta)
             && p.radiance.is_finite()
             && p.standard_error >= 0.0
     };

@@ -14,6 +14,14 @@ pub const MAX_ALBEDOS: usize = 8;
 /// Paths that a workgroup follows side by side.
 pub const LANES: u32 = 64;
 
+/// Names of the stages, everywhere.
+pub mod stage {
+    /// Radiance out of spheres, one path for all angles to the light.
+    pub const PREINTEGRATE: &str = "ambient_scattering.preintegrate";
+    /// The same by one plain path an angle, to measure the former against.
+    pub const PREINTEGRATE_PLAIN: &str = "ambient_scattering.preintegrate_plain";
+}
+
 const fn layout(shader: shader::Shader) -> StageLayout {
     StageLayout {
         shader,

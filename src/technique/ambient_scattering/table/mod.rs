@@ -26,6 +26,7 @@ pub use collided::Collided;
 pub use entries::Table;
 pub use error::TableError;
 pub use grid::{Axis, Grid};
+pub use layout::stage;
 pub use shipped::{Shipped, shipped};
 pub use slice::Slice;
 pub use sums::{Request, Sums};

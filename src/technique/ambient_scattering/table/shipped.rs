@@ -212,8 +212,9 @@ pub fn other_albedos() -> Request {
     };
     Request {
         // Errors of one albedo beside another are smaller: both come from the same paths.
-        median_error: 0.02,
-        tail_error: 0.1,
+        median_error: 0.05,
+        tail_error: 0.2,
+        batches: [8, 64],
         ..Request::new(albedos, grid)
     }
 }

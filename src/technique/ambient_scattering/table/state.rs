@@ -41,7 +41,7 @@ pub fn save(path: &Path, sums: &Sums) -> Result<(), TableError> {
 /// # Errors
 /// No such file, another size than the request's, or a state of another request.
 pub fn load(path: &Path, request: &Request) -> Result<Sums, TableError> {
-    let mut sums = Sums::new(request.clone(), 0);
+    let mut sums = Sums::new(request.clone());
     let (columns, values) = (sums.batches.len(), sums.totals.len());
     let expected = (MAGIC.len() + 32 + 8 * columns + 16 * values) as u64;
     let found = std::fs::metadata(path).map_err(|e| TableError::io(path, "read", e))?;
@@ -81,10 +81,17 @@ pub fn load(path: &Path, request: &Request) -> Result<Sums, TableError> {
     Ok(sums)
 }
 
-/// Of everything that decides the sums: the request, the shader, the paths of a batch.
+/// Of everything that decides what a batch holds; errors and numbers of batches only decide how many there
+/// are, so a build may go on to a smaller error.
 fn hash(request: &Request) -> [u8; 32] {
     let mut hash = Sha256::new();
     hash.update(LAYOUTS[0].shader.spirv);
-    hash.update(format!("{request:?} {}", request.paths()));
+    let Request {
+        albedos,
+        grid,
+        seed,
+        ..
+    } = request;
+    hash.update(format!("{albedos:?} {grid:?} {seed} {}", request.paths()));
     hash.finalize().into()
 }

@@ -20,8 +20,8 @@ pub struct Request {
     pub median_error: f64,
     /// And 98 of 100 of them.
     pub tail_error: f64,
-    /// Batches of a column, at most.
-    pub most_batches: u32,
+    /// Batches of a column, at least and at most.
+    pub batches: [u32; 2],
 }
 
 impl Request {
@@ -38,9 +38,9 @@ impl Request {
             albedos,
             grid,
             seed: 1,
-            median_error: 0.007,
-            tail_error: 0.03,
-            most_batches: 512,
+            median_error: 0.02,
+            tail_error: 0.05,
+            batches: [16, 512],
         }
     }
 }
@@ -62,10 +62,10 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Nothing yet; `first` batches to do for each column that is not known in closed form.
+    /// Nothing yet; the least batches to do for each column that is not known in closed form.
     #[must_use]
-    pub fn new(request: Request, first: u32) -> Self {
-        let grid = request.grid;
+    pub fn new(request: Request) -> Self {
+        let (grid, first) = (request.grid, request.batches[0]);
         let values = grid.len() * request.albedos.len();
         let goal = |c| if grid.column(c)[0] > 0.0 { first } else { 0 };
         Self {
@@ -148,7 +148,7 @@ impl Sums {
             let done = f64::from(self.batches[column]);
             // An error from few batches is uncertain: at most four times as many at once.
             let needed = done * (worse * worse).clamp(1.0, 4.0);
-            self.goals[column] = (needed.ceil() as u32).min(request.most_batches);
+            self.goals[column] = (needed.ceil() as u32).min(request.batches[1]);
         }
         self.batches.iter().zip(&self.goals).any(|(b, g)| b < g)
     }
@@ -169,11 +169,14 @@ pub struct Figures {
     pub largest: f64,
 }
 
+/// Whether a column's sigma_t and g and an angle's index belong to a region.
+type Within<'a> = &'a dyn Fn([f64; 2], usize) -> bool;
+
 /// Figures of the whole table and of its parts, at the first albedo.
 #[must_use]
 pub fn figures(sums: &Sums) -> Vec<Figures> {
     let angle = |i: usize| sums.request.grid.thetas.node(i).to_degrees();
-    let regions: [(&str, &dyn Fn([f64; 2], usize) -> bool); 9] = [
+    let regions: [(&str, Within<'_>); 9] = [
         ("all", &|_, _| true),
         ("theta < 45", &|_, i| angle(i) < 45.0),
         ("theta 45 to 135", &|_, i| (45.0..135.0).contains(&angle(i))),
@@ -191,7 +194,7 @@ pub fn figures(sums: &Sums) -> Vec<Figures> {
         .to_vec()
 }
 
-fn region(sums: &Sums, name: &str, within: &dyn Fn([f64; 2], usize) -> bool) -> Figures {
+fn region(sums: &Sums, name: &str, within: Within<'_>) -> Figures {
     let grid = sums.request.grid;
     let entries = (0..grid.columns()).flat_map(|c| (0..grid.thetas.count).map(move |i| (c, i)));
     let mut errors: Vec<f64> = entries
