@@ -1,4 +1,4 @@
-//! Ambient scattering: light within a sphere about every sample, preintegrated [Ament2013].
+//! Ambient scattering: light within a sphere about every sample, preintegrated `[Ament2013]`.
 //!
 //! Paper, symbols, stages and deviations: `README.md` in this folder.
 

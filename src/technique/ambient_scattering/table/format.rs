@@ -171,6 +171,36 @@ fn read_slice(path: &Path) -> Result<Table, TableError> {
     }
     let mut header = [0; HEADER as usize];
     file.read_exact(&mut header).map_err(failed)?;
+    let mut table = read_header(path, &header)?;
+    let [sigmas, thetas] = [table.grid.sigmas.count, table.grid.thetas.count];
+    let expected = HEADER + 4 * (sigmas * thetas) as u64;
+    let refuse = |what, found: String, expected: String| {
+        Err(TableError::content(path, what, found, expected))
+    };
+    if bytes != expected {
+        let expected = format!("{expected} for {sigmas} x {thetas} values");
+        return refuse("the size", format!("{bytes} bytes"), expected);
+    }
+    let mut body = Vec::new();
+    file.take(expected).read_to_end(&mut body).map_err(failed)?;
+    let values = body.as_chunks::<4>().0.iter();
+    table.radiance = values.map(|b| f32::from_le_bytes(*b)).collect();
+    let radiance = &table.radiance;
+    if radiance.len() != sigmas * thetas {
+        let expected = format!("{} as its size says", sigmas * thetas);
+        return refuse("the number of values", radiance.len().to_string(), expected);
+    }
+    match radiance.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
+        Some(i) => {
+            let found = format!("{} at value {i}", radiance[i]);
+            refuse("radiance", found, "0 or more, finite".to_owned())
+        }
+        None => Ok(table),
+    }
+}
+
+/// A table without radiance, of what a header says.
+fn read_header(path: &Path, header: &[u8; HEADER as usize]) -> Result<Table, TableError> {
     let words = header.as_chunks::<4>().0;
     let float = |i: usize| f64::from(f32::from_le_bytes(words[i]));
     let integer = |i: usize| i32::from_le_bytes(words[i]);
@@ -185,59 +215,30 @@ fn read_slice(path: &Path) -> Result<Table, TableError> {
     if integer(2) < 0 {
         return refuse("path samples", integer(2).to_string(), "0 or more");
     }
-    for (i, what) in [
+    let counts = [
         (3, "the number of extinctions"),
         (4, "the number of angles"),
-    ] {
+    ];
+    for (i, what) in counts {
         if !(2..=MAX_COUNT).contains(&integer(i)) {
             return refuse(what, integer(i).to_string(), "2 to 4096");
         }
     }
     let (least, largest, radius) = (float(5), float(6), float(7));
     if !(least >= 0.0 && largest > least && largest.is_finite()) {
-        return refuse(
-            "extinction",
-            format!("{least} to {largest}"),
-            "0 or more, rising",
-        );
+        let found = format!("{least} to {largest}");
+        return refuse("extinction", found, "0 or more, rising");
     }
     if !(radius > 0.0 && radius.is_finite()) {
         return refuse("radius", radius.to_string(), "above 0");
     }
     let counts = [integer(3), integer(4)].map(|c| c.unsigned_abs() as usize);
-    let expected = HEADER + 4 * (counts[0] * counts[1]) as u64;
-    if bytes != expected {
-        let expected = format!("{expected} for {} x {} values", counts[0], counts[1]);
-        return refuse("the size", format!("{bytes} bytes"), &expected);
-    }
-    let mut body = Vec::new();
-    file.take(expected).read_to_end(&mut body).map_err(failed)?;
-    let values = body
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .map(|b| f32::from_le_bytes(*b));
-    let radiance: Vec<f32> = values.collect();
-    if radiance.len() != counts[0] * counts[1] {
-        return refuse(
-            "the number of values",
-            radiance.len().to_string(),
-            "as many as its size says",
-        );
-    }
-    if let Some(i) = radiance.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
-        return refuse(
-            "radiance",
-            format!("{} at value {i}", radiance[i]),
-            "0 or more, finite",
-        );
-    }
     let exact = |value: f64| (1e6 * value).round() / 1e6;
     Ok(Table {
         albedo: exact(float(0)),
         samples: integer(2).unsigned_abs(),
         grid: grid(counts, [least * radius, largest * radius], exact(float(1))),
-        radiance,
+        radiance: Vec::new(),
         standard_error: Vec::new(),
     })
 }

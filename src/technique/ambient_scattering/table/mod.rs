@@ -1,5 +1,5 @@
 //! The preintegration table: radiance out of a unit sphere that a front of light crosses
-//! [Ament2013, Sec. 4.1].
+//! `[Ament2013, Sec. 4.1]`.
 //!
 //! `L_o(theta, sigma_t, g)` is kept as a part in closed form and a smooth one,
 //! `L_o = unscattered + albedo * (1 - exp(-2 sigma_t)) * C`; see [`optics`] and the technique's README.

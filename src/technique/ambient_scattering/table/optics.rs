@@ -6,7 +6,7 @@ use crate::technique::phase_hg;
 /// the centre. Per unit irradiance of the front, 1 / sr.
 ///
 /// `theta` is the angle between the outgoing direction and the light's, radians; `sigma_t` is extinction
-/// times radius. [Ament2013, Eq. 11] at the far end of the eye's diameter.
+/// times radius. `[Ament2013, Eq. 11]` at the far end of the eye's diameter.
 #[must_use]
 pub fn unscattered(theta: f64, sigma_t: f64, g: f64) -> f64 {
     let height = (-theta.cos()).max(0.0);

@@ -1,7 +1,7 @@
 //! `L_o` as the paper writes it, naively on the CPU in f64: the check of tables and of the GPU stages.
 //!
 //! Analog paths, absorbed by chance; nothing shared, split, led or known in closed form
-//! [Ament2013, Sec. 4.1.2].
+//! `[Ament2013, Sec. 4.1.2]`.
 
 use glam::DVec3;
 
@@ -49,7 +49,7 @@ fn path(theta: f64, sigma_t: f64, g: f64, albedo: f64, random: &mut Random) -> f
     }
 }
 
-/// [Ament2013, Eq. 11]: radiance that enters at `x` in direction `w`; the front travels along z.
+/// `[Ament2013, Eq. 11]`: radiance that enters at `x` in direction `w`; the front travels along z.
 #[must_use]
 pub fn boundary(x: DVec3, w: DVec3, sigma_t: f64, g: f64) -> f64 {
     let crossed = 2.0 * x.z.max(0.0);
@@ -61,7 +61,7 @@ fn distance_to_surface(x: DVec3, v: DVec3) -> f64 {
     -along + (along * along + 1.0 - x.length_squared()).max(0.0).sqrt()
 }
 
-/// A direction by the phase function [Henyey1941].
+/// A direction by the phase function `[Henyey1941]`.
 fn scatter(v: DVec3, g: f64, random: &mut Random) -> DVec3 {
     let u = random.next();
     let cos_theta = if g.abs() < 1e-3 {
@@ -76,7 +76,7 @@ fn scatter(v: DVec3, g: f64, random: &mut Random) -> DVec3 {
     (sin_theta * (cos_phi * x + sin_phi * y) + cos_theta * v).normalize()
 }
 
-/// Numbers in [0, 1) [Steele2014].
+/// Numbers in [0, 1) `[Steele2014]`.
 struct Random(u64);
 
 impl Random {
