@@ -7,6 +7,7 @@ use spirq::prelude::*;
 use spirq::ty::DescriptorType;
 use tyndall::gpu::shader::{self, Shader};
 use tyndall::gpu::{BindingKind, Specialization, StageLayout};
+use tyndall::technique::ambient_scattering::table::layout as preintegrate;
 use tyndall::technique::medium::{self, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
@@ -24,6 +25,7 @@ fn reflect(shader: &Shader) -> EntryPoint {
 
 fn layouts() -> Vec<StageLayout> {
     [
+        preintegrate::LAYOUTS,
         medium::LAYOUTS,
         path_trace::LAYOUTS,
         ray_march::LAYOUTS,
@@ -74,6 +76,52 @@ fn blocks_have_the_offsets_of_their_rust_structs() {
         (push, size_of::<OccupancyPush>())
     );
     assert_eq!(block(&shader::MEDIUM_CELL_DISTANCE, None), (vec![0], 4));
+}
+
+#[test]
+fn preintegration_jobs_have_the_offsets_of_their_rust_struct() {
+    use preintegrate::{Job, PreintegratePush};
+    let push = vec![
+        offset_of!(PreintegratePush, seed),
+        offset_of!(PreintegratePush, job_count),
+        offset_of!(PreintegratePush, log2_albedo),
+    ];
+    let job = vec![
+        offset_of!(Job, sigma_t),
+        offset_of!(Job, g),
+        offset_of!(Job, key),
+        offset_of!(Job, batch),
+        offset_of!(Job, stretch),
+        offset_of!(Job, decay),
+        offset_of!(Job, theta_first),
+        offset_of!(Job, theta_step),
+        offset_of!(Job, even),
+        offset_of!(Job, paths),
+    ];
+    for layout in preintegrate::LAYOUTS {
+        let shader = &layout.shader;
+        assert_eq!(
+            block(shader, None),
+            (push.clone(), size_of::<PreintegratePush>())
+        );
+        assert_eq!(elements(shader, 0), (job.clone(), size_of::<Job>()));
+    }
+}
+
+/// Offsets of the members of a storage buffer's elements, and their stride.
+fn elements(shader: &Shader, binding: u32) -> (Vec<usize>, usize) {
+    for variable in reflect(shader).vars {
+        if let Variable::Descriptor { desc_bind, ty, .. } = &variable
+            && desc_bind.bind() == binding
+            && let Type::Struct(s) = ty
+            && let Type::Array(a) = &s.members[0].ty
+            && let Type::Struct(element) = &*a.element_ty
+        {
+            let offsets = element.members.iter().map(|m| m.offset.unwrap());
+            return (offsets.collect(), a.stride.unwrap());
+        }
+    }
+    panic!("{}: no such buffer", shader.name);
 }
 
 fn march_blocks(march: &Shader) {
@@ -185,6 +233,7 @@ fn every_binding_is_of_the_declared_kind() {
                         DescriptorType::CombinedImageSampler() => BindingKind::SampledImage,
                         DescriptorType::StorageImage(_) => BindingKind::StorageImage,
                         DescriptorType::UniformBuffer() => BindingKind::UniformBuffer,
+                        DescriptorType::StorageBuffer(_) => BindingKind::StorageBuffer,
                         other => panic!("{}: {other:?}", layout.shader.name),
                     };
                     found[desc_bind.bind() as usize] = Some(kind);
@@ -262,6 +311,10 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         reach: 15,
     };
     for (shader, given) in [
+        (
+            shader::AMBIENT_SCATTERING_PREINTEGRATE,
+            preintegrate::constants(1).to_vec(),
+        ),
         (shader::MEDIUM_CELL_MIN_MAX, cells.min_max_constants()),
         (shader::MEDIUM_CELL_OCCUPANCY, cells.reach_constants()),
         (shader::MEDIUM_CELL_DISTANCE, cells.reach_constants()),

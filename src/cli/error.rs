@@ -6,6 +6,7 @@ use crate::gpu::GpuError;
 use crate::output::OutputError;
 use crate::scene::file::SceneError;
 use crate::study::StudyError;
+use crate::technique::ambient_scattering::table::TableError;
 use crate::technique::{PlanError, RenderError};
 use crate::volume::VolumeError;
 
@@ -39,6 +40,9 @@ pub enum CliError {
     /// A study could not keep its files.
     #[error("{0}")]
     Study(String),
+    /// A table could not be built, read or written.
+    #[error(transparent)]
+    Table(TableError),
     /// Several scenes are not as they should be.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\nerror: "))]
     Several(Vec<CliError>),
@@ -71,6 +75,16 @@ impl From<StudyError> for CliError {
     }
 }
 
+impl From<TableError> for CliError {
+    fn from(error: TableError) -> Self {
+        match error {
+            TableError::Gpu(error) => error.into(),
+            TableError::Output(error) => Self::Output(error),
+            error => Self::Table(error),
+        }
+    }
+}
+
 impl CliError {
     /// The documented exit code.
     #[must_use]
@@ -80,6 +94,7 @@ impl CliError {
             | Self::Stdout(_)
             | Self::Shader(_)
             | Self::Compare(_)
+            | Self::Table(_)
             | Self::Study(_) => 1,
             Self::Several(errors) => errors.first().map_or(1, Self::exit_code),
             Self::Usage(_) => 2,

@@ -16,6 +16,7 @@ mod render;
 mod schema;
 mod sequence;
 mod study;
+mod table;
 mod time;
 
 use std::process::ExitCode;
@@ -73,6 +74,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Render every technique at every setting worth trying, beside a reference: time, memory, errors.
     Study(study::StudyArgs),
+    /// Build, check, plot and convert the preintegration table of `ambient_scattering`.
+    Table(table::TableArgs),
     /// Print the JSON Schema of scene files.
     Schema,
     /// Print a shell's completion script.
@@ -94,6 +97,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => bench::run(&cli.global, args),
         Command::Compare(args) => compare::run(args),
         Command::Study(args) => study::run(&cli.global, args),
+        Command::Table(args) => table::run(&cli.global, args),
         Command::Schema => schema::run(),
         Command::Completions(args) => completions::run(args),
         #[cfg(feature = "shader-compiler")]

@@ -19,7 +19,7 @@ pub enum Access {
     /// Sampled, fetched or loaded in a compute shader; the image is a storage image too and stays in
     /// the general layout.
     ComputeSampledOrLoaded,
-    /// Written as a storage image in a compute shader.
+    /// Written as a storage image or buffer in a compute shader.
     ComputeWrite,
     /// Loaded as a storage image in a compute shader.
     ComputeRead,

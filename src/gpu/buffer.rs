@@ -18,6 +18,10 @@ pub enum BufferUse {
     Readback,
     /// Small constants, written by the host between submissions.
     Uniform,
+    /// Lists that a shader reads, written by the host between submissions.
+    StorageUpload,
+    /// Lists that a shader writes, read by the host.
+    StorageReadback,
 }
 
 /// A buffer with its memory; destroys itself.
@@ -45,6 +49,8 @@ impl Buffer {
             BufferUse::Upload => (Usage::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             BufferUse::Readback => (Usage::TRANSFER_DST, MemoryLocation::GpuToCpu),
             BufferUse::Uniform => (Usage::UNIFORM_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::StorageUpload => (Usage::STORAGE_BUFFER, MemoryLocation::CpuToGpu),
+            BufferUse::StorageReadback => (Usage::STORAGE_BUFFER, MemoryLocation::GpuToCpu),
         };
         let info = vk::BufferCreateInfo::default()
             .size(bytes.max(4))

@@ -18,6 +18,8 @@ pub enum BindingKind {
     StorageImage,
     /// A `uniform` block.
     UniformBuffer,
+    /// A `buffer` block.
+    StorageBuffer,
 }
 
 impl BindingKind {
@@ -26,6 +28,7 @@ impl BindingKind {
             Self::SampledImage => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Self::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
             Self::UniformBuffer => vk::DescriptorType::UNIFORM_BUFFER,
+            Self::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
         }
     }
 }
@@ -63,6 +66,8 @@ pub enum Resource {
     Storage(Arc<Image>),
     /// A whole uniform buffer.
     Uniform(Arc<Buffer>),
+    /// A whole storage buffer.
+    StorageBuffer(Arc<Buffer>),
 }
 
 impl Resource {
@@ -71,6 +76,7 @@ impl Resource {
             Self::Sampled(..) | Self::SampledGeneral(..) => BindingKind::SampledImage,
             Self::Storage(_) => BindingKind::StorageImage,
             Self::Uniform(_) => BindingKind::UniformBuffer,
+            Self::StorageBuffer(_) => BindingKind::StorageBuffer,
         }
     }
 }
@@ -279,7 +285,7 @@ impl Binding {
                     let info = image(i.view, vk::Sampler::null(), vk::ImageLayout::GENERAL);
                     update(write.image_info(&info));
                 }
-                Resource::Uniform(b) => {
+                Resource::Uniform(b) | Resource::StorageBuffer(b) => {
                     let info = [vk::DescriptorBufferInfo::default()
                         .buffer(b.raw)
                         .range(vk::WHOLE_SIZE)];

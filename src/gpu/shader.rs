@@ -36,6 +36,10 @@ shaders! {
     AMBIENT_SCATTERING_MARCH_R16 = "ambient_scattering" / "march_r16";
     /// The same, the volume read by loads of float texels.
     AMBIENT_SCATTERING_MARCH_R32F = "ambient_scattering" / "march_r32f";
+    /// Radiance out of spheres, one path for all angles to the light.
+    AMBIENT_SCATTERING_PREINTEGRATE = "ambient_scattering" / "preintegrate";
+    /// The same by one plain path an angle, to measure the former against.
+    AMBIENT_SCATTERING_PREINTEGRATE_PLAIN = "ambient_scattering" / "preintegrate_plain";
     /// Smallest and largest voxel of every cell.
     MEDIUM_CELL_MIN_MAX = "medium" / "cell_min_max";
     /// Which cells the transfer function leaves empty.

@@ -15,7 +15,7 @@ use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 
 /// g of light that comes from about the light's direction, as a share of the phase function's: it is spread
 /// over the half sphere, whose mean cosine is a half.
-const SPREAD_COSINE: f64 = 0.5;
+pub(super) const SPREAD_COSINE: f64 = 0.5;
 
 const fn march_bindings(medium: BindingKind) -> [BindingKind; 13] {
     [

@@ -3,17 +3,18 @@
 use glam::DVec3;
 
 use super::slab::Slab;
-use super::table;
+use super::table::Shipped;
+use super::table::optics::unscattered;
 use crate::scene::{Gather, Tube};
 
 /// Entries of the table along the angle: evenly by the sine of half of it, which resolves the forward peak.
-pub const ANGLES: usize = 128;
+pub(super) const ANGLES: usize = 128;
 
 /// Entries of both tables along the optical depth: evenly by `log2(1 + depth)`.
-pub const DEPTHS: usize = 192;
+pub(super) const DEPTHS: usize = 192;
 
 /// Largest optical depth of a radius or of a tube's step that is told from larger ones.
-pub const DEEPEST: f64 = 1023.0;
+pub(super) const DEEPEST: f64 = 1023.0;
 
 /// Everything that decides the tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +39,7 @@ pub struct Scalars {
 }
 
 /// Rows of texels, RGBA 32-bit float.
-pub struct Lookup {
+pub(super) struct Lookup {
     /// `[DEPTHS][ANGLES]` radiance that a sphere sends out per unit of a front's irradiance; without what
     /// passes unscattered, where gathering takes that from elsewhere. The fourth channel is the mean of the
     /// channels of `tube`, of the same depth.
@@ -52,7 +53,7 @@ pub struct Lookup {
 impl Lookup {
     /// Evaluates the tables.
     #[must_use]
-    pub fn new(key: &Key) -> Self {
+    pub(super) fn new(shipped: &Shipped, key: &Key) -> Self {
         let channels = key.albedo.to_array();
         // Channels of one albedo share their table.
         let first = channels.map(|a| channels.iter().position(|b| *b == a).unwrap_or(0));
@@ -60,7 +61,7 @@ impl Lookup {
         for (i, albedo) in channels.into_iter().enumerate() {
             let part = match parts.get(first[i]) {
                 Some(same) if first[i] < i => same.clone(),
-                _ => Channel::new(key, albedo),
+                _ => Channel::new(shipped, key, albedo),
             };
             parts.push(part);
         }
@@ -100,21 +101,21 @@ struct Channel {
 }
 
 impl Channel {
-    fn new(key: &Key, albedo: f64) -> Self {
-        let slice = table::slice(key.g, albedo);
-        let unscattered = |theta, depth| match key.gather {
-            Gather::Split => table::unscattered(theta, depth, key.g),
+    fn new(shipped: &Shipped, key: &Key, albedo: f64) -> Self {
+        let slice = shipped.slice(key.g, albedo);
+        let elsewhere = |theta, depth| match key.gather {
+            Gather::Split => unscattered(theta, depth, key.g),
             Gather::Literal => 0.0,
         };
         let mut scattered = Vec::with_capacity(ANGLES * DEPTHS);
         for depth in depths() {
             for i in 0..ANGLES {
                 let theta = 2.0 * (i as f64 / (ANGLES - 1) as f64).asin();
-                let radiance = slice.radiance(theta, depth) - unscattered(theta, depth);
+                let radiance = slice.radiance(theta, depth) - elsewhere(theta, depth);
                 scattered.push(radiance.max(0.0));
             }
         }
-        let vacuum = table::unscattered(0.0, 0.0, key.g).ln();
+        let vacuum = unscattered(0.0, 0.0, key.g).ln();
         let straight = |depth: f64| {
             // Of a step of two radii, whose optical depth is `depth`.
             let passed = slice.radiance(0.0, 0.5 * depth).ln() - vacuum;
@@ -145,6 +146,6 @@ fn depths() -> impl Iterator<Item = f64> {
 
 /// One over the octaves that the tables span.
 #[must_use]
-pub fn per_octave() -> f64 {
+pub(super) fn per_octave() -> f64 {
     1.0 / (1.0 + DEEPEST).log2()
 }

@@ -10,6 +10,7 @@ mod layout;
 mod lookup;
 mod plan;
 mod record;
+pub mod reference;
 mod resources;
 pub mod slab;
 pub mod table;

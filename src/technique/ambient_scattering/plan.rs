@@ -16,8 +16,6 @@ use crate::technique::{
 
 /// Stage names of the technique.
 pub mod stage {
-    /// The table, by paths of light through spheres.
-    pub const PREINTEGRATE: &str = "ambient_scattering.preintegrate";
     /// Copy of the tables for the scene's phase function and albedo.
     pub const UPLOAD_TABLES: &str = "ambient_scattering.upload_tables";
     /// Light that arrives at every node of the cache.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, UVec3};
 
 use super::lookup::{ANGLES, DEPTHS, Key, Lookup, Scalars};
+use super::table::shipped;
 use super::{AmbientScatteringPlan, AmbientUniform, stage};
 use crate::gpu::{
     Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Filter, Format, GpuError, Image,
@@ -221,7 +222,11 @@ impl Tables {
         if self.held.as_ref() == Some(key) {
             return Ok(Vec::new());
         }
-        let lookup = Lookup::new(key);
+        let shipped = shipped().map_err(|e| GpuError::Shader {
+            name: stage::UPLOAD_TABLES.to_owned(),
+            message: e.to_string(),
+        })?;
+        let lookup = Lookup::new(shipped, key);
         let mut seconds = 0.0;
         for (image, texels) in [
             (&self.scattered, &lookup.scattered),
