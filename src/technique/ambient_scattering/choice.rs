@@ -14,7 +14,7 @@ const OCCLUSION_VOXELS: f64 = 14.0;
 const MAX_COLORS: usize = 1 << 16;
 
 /// Radius of the sphere about a sample, world units: where it is automatic, a mean free path in the medium, at
-/// least a voxel, at most a sixteenth of the volume's size; where it is given, at most half the volume's.
+/// least a voxel, but never more than a sixteenth of the volume's size; where it is given, at most half the volume's.
 #[must_use]
 pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
     let grid = &scene.volume.grid;
@@ -24,7 +24,8 @@ pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
         Radius::Auto => {
             let free = 1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE);
             let largest = LARGEST_SHARE * size.element_product().cbrt();
-            free.min(largest).max(voxel)
+            // A coarse grid does not make the medium coarse.
+            free.min(largest).max(voxel.min(largest))
         }
         Radius::Voxels(voxels) => limited(voxels * voxel, size),
         Radius::World(world) => limited(world, size),
