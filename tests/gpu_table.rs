@@ -192,9 +192,12 @@ fn held_out(device: &Device, albedo: f64, g: f64) -> Sums {
     built(device, &request)
 }
 
+/// What a way of interpolating says of a node of sigma_t and an angle.
+type Guess<'a> = &'a dyn Fn(usize, usize) -> f64;
+
 /// Relative differences of `guess(sigma node, angle)` from sums, of entries brighter than 1e-4: median and 95th
 /// of 100.
-fn differences(sums: &Sums, guess: &dyn Fn(usize, usize) -> f64) -> [f64; 2] {
+fn differences(sums: &Sums, guess: Guess<'_>) -> [f64; 2] {
     let mut list = Vec::new();
     for column in 1..6 {
         for angle in 0..256 {
@@ -226,7 +229,7 @@ fn interpolation_figures() {
         let mix = |a: f64, b: f64| a + share * (b - a);
         let rest = |i: usize, g: f64, s, t| (at(i, s, t) - known(g, s, t)).max(1e-30);
         let slice = shipped().unwrap().slice(g, 0.9);
-        let methods: [(&str, &dyn Fn(usize, usize) -> f64); 5] = [
+        let methods: [(&str, Guess<'_>); 5] = [
             ("linear", &|s, t| mix(at(i, s, t), at(i + 1, s, t))),
             ("logarithm linear", &|s, t| {
                 mix(at(i, s, t).ln(), at(i + 1, s, t).ln()).exp()

@@ -2,8 +2,8 @@
 //!
 //! `TYNPACK1`, then one zlib stream of i16, little endian, low bytes before high ones: `log2(C / p)` of the
 //! paper's grid at [`MAIN_ALBEDO`], then for each of [`OTHER_ALBEDOS`] `log2` of `C` over that at
-//! `MAIN_ALBEDO`, on every [`COARSE`]-th angle and extinction, in steps of 1/512, so rounded by at most
-//! 0.07 %; then `log2` of the relative standard errors there, of `MAIN_ALBEDO` and of the others, to a
+//! `MAIN_ALBEDO`, on all angles and every [`COARSE`]-th extinction, in steps of 1/512, so rounded by at most
+//! 0.07 %; then `log2` of the relative standard errors, on every `COARSE`-th angle as well, of `MAIN_ALBEDO` and of the others, to a
 //! quarter. All are differences along the angle.
 
 use std::io::{Read, Write};
@@ -21,7 +21,7 @@ use super::grid::Grid;
 pub const MAIN_ALBEDO: f64 = 0.9;
 /// Albedos that are kept beside it, on a coarser grid.
 pub const OTHER_ALBEDOS: [f64; 7] = [1.0, 0.98, 0.95, 0.8, 0.6, 0.3, 0.0];
-/// Every how many angles and extinctions other albedos are kept.
+/// Every how many extinctions other albedos are kept, and every how many angles errors are.
 pub const COARSE: usize = 5;
 
 const MAGIC: &[u8; 8] = b"TYNPACK1";
@@ -33,9 +33,9 @@ const STEPS: f64 = 512.0;
 pub struct Packed {
     /// The paper's grid at [`MAIN_ALBEDO`].
     pub main: Collided,
-    /// `C` at each of [`OTHER_ALBEDOS`] over that at `MAIN_ALBEDO`, on the coarser grid.
+    /// `C` at each of [`OTHER_ALBEDOS`] over that at `MAIN_ALBEDO`, on all angles of the coarser grid.
     pub others: Vec<Vec<f32>>,
-    /// Relative standard errors of `L_o` there, of `MAIN_ALBEDO` and then of the others.
+    /// Relative standard errors of `L_o` on the coarser grid, of `MAIN_ALBEDO` and then of the others.
     pub errors: Vec<Vec<f32>>,
 }
 
@@ -48,7 +48,7 @@ pub fn pack(packed: &Packed) -> std::io::Result<Vec<u8>> {
     let row = grid.coarser(COARSE).thetas.count;
     let mut levels = encode(&packed.main.log_ratio, grid.thetas.count, 1.0);
     for other in &packed.others {
-        levels.extend(encode(other, row, 1.0));
+        levels.extend(encode(other, grid.thetas.count, 1.0));
     }
     for errors in &packed.errors {
         levels.extend(encode(errors, row, STEPS / 4.0));
@@ -76,7 +76,9 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Packed, TableError> {
     };
     let grid = Grid::PAPER;
     let coarse = grid.coarser(COARSE);
-    let entries = grid.len() + (2 * OTHER_ALBEDOS.len() + 1) * coarse.len();
+    let other = coarse.columns() * grid.thetas.count;
+    let albedos = OTHER_ALBEDOS.len();
+    let entries = grid.len() + albedos * other + (albedos + 1) * coarse.len();
     let mut planes = Vec::new();
     // One byte more than there may be, so that too many are noticed and no more are read.
     let mut decoder = ZlibDecoder::new(stream).take(2 * entries as u64 + 1);
@@ -95,19 +97,18 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Packed, TableError> {
     let (low, high) = planes.split_at(entries);
     let pairs = low.iter().zip(high);
     let levels: Vec<i16> = pairs.map(|(l, h)| i16::from_le_bytes([*l, *h])).collect();
-    let (main, coarser) = levels.split_at(grid.len());
-    let mut lists: Vec<_> = coarser
-        .chunks(coarse.len())
-        .map(|levels| decode(levels, coarse.thetas.count))
-        .collect();
-    let errors = lists.split_off(OTHER_ALBEDOS.len());
+    let (main, rest) = levels.split_at(grid.len());
+    let (others, errors) = rest.split_at(albedos * other);
+    let lists = |levels: &[i16], size, row| -> Vec<_> {
+        levels.chunks(size).map(|l| decode(l, row)).collect()
+    };
     Ok(Packed {
         main: Collided {
             grid,
             log_ratio: decode(main, grid.thetas.count),
         },
-        others: lists,
-        errors,
+        others: lists(others, other, grid.thetas.count),
+        errors: lists(errors, coarse.len(), coarse.thetas.count),
     })
 }
 

@@ -45,7 +45,7 @@ impl Shipped {
             others,
             errors,
         } = unpack(path, bytes)?;
-        let grid = main.grid.coarser(COARSE);
+        let grid = other_grid();
         let mut list = vec![(depth(MAIN_ALBEDO), vec![0.0; grid.len()])];
         let depths = OTHER_ALBEDOS.iter().map(|a| depth(*a));
         list.extend(depths.zip(others));
@@ -77,7 +77,8 @@ impl Shipped {
         let (g, albedo) = (g.clamp(-0.99, 0.99), albedo.clamp(0.0, 1.0));
         let mut log_ratio = self.main.at_g(g);
         let depths: Vec<_> = self.others.iter().map(|o| o.0).collect();
-        let mut change = vec![0.0; self.main.grid.coarser(COARSE).len() / self.main.grid.gs.count];
+        let grid = other_grid();
+        let mut change = vec![0.0; grid.sigmas.count * grid.thetas.count];
         for (node, weight) in weights(&depths, depth(albedo)) {
             let values = self.others[node].1.at_g(g);
             change
@@ -85,7 +86,7 @@ impl Shipped {
                 .zip(values)
                 .for_each(|(to, v)| *to += weight * v);
         }
-        add_finer(&mut log_ratio, &self.main.grid, &change);
+        add_finer(&mut log_ratio, grid.thetas.count, &change);
         Slice::new(&self.main.grid, albedo, g, log_ratio)
     }
 
@@ -125,19 +126,22 @@ fn depth(albedo: f64) -> f64 {
     (1.0 - albedo).sqrt()
 }
 
-/// Adds values of every `COARSE`-th angle and extinction, linear between them.
-fn add_finer(fine: &mut [f64], grid: &Grid, coarse: &[f64]) {
-    let (thetas, count) = (grid.thetas.count, grid.coarser(COARSE).thetas.count);
-    let part = |i: usize| (i / COARSE, (i % COARSE) as f64 / COARSE as f64);
+/// All angles, every `COARSE`-th extinction.
+fn other_grid() -> Grid {
+    Grid {
+        thetas: Grid::PAPER.thetas,
+        ..Grid::PAPER.coarser(COARSE)
+    }
+}
+
+/// Adds values of every `COARSE`-th extinction, linear between them.
+fn add_finer(fine: &mut [f64], thetas: usize, coarse: &[f64]) {
     for (s, row) in fine.chunks_mut(thetas).enumerate() {
-        let (cs, ds) = part(s);
+        let (low, share) = (s / COARSE, (s % COARSE) as f64 / COARSE as f64);
+        let high = low + usize::from(share > 0.0);
         for (t, value) in row.iter_mut().enumerate() {
-            let (ct, dt) = part(t);
-            let at = |s: usize, t: usize| coarse[s * count + t];
-            let (s1, t1) = (cs + usize::from(ds > 0.0), ct + usize::from(dt > 0.0));
-            let low = at(cs, ct) + dt * (at(cs, t1) - at(cs, ct));
-            let high = at(s1, ct) + dt * (at(s1, t1) - at(s1, ct));
-            *value += low + ds * (high - low);
+            let at = |s: usize| coarse[s * thetas + t];
+            *value += at(low) + share * (at(high) - at(low));
         }
     }
 }
@@ -154,11 +158,11 @@ pub fn packed(main: &Sums, others: &Sums) -> Packed {
             let log = (value.max(1e-30) / beside.max(1e-30)).ln() as f32;
             log.clamp(FLOOR, -FLOOR)
         };
-        coarse_entries(others, log)
+        entries(others, 1, log)
     };
     let error = |albedo: &f64| {
         let k = index(*albedo).unwrap_or(0);
-        coarse_entries(others, |column, angle| {
+        entries(others, COARSE, |column, angle| {
             log_error(others.radiance(column, k, angle))
         })
     };
@@ -190,10 +194,10 @@ fn log_error([value, error]: [f64; 2]) -> f32 {
     (error / value.max(1e-38)).clamp(1e-6, 1e6).ln() as f32
 }
 
-/// `value(column, angle)` at every column and every [`COARSE`]-th angle.
-fn coarse_entries(sums: &Sums, value: impl Fn(usize, usize) -> f32) -> Vec<f32> {
+/// `value(column, angle)` at every column and every `step`-th angle.
+fn entries(sums: &Sums, step: usize, value: impl Fn(usize, usize) -> f32) -> Vec<f32> {
     let grid = sums.request.grid;
-    let angles = || (0..grid.thetas.count).step_by(COARSE);
+    let angles = || (0..grid.thetas.count).step_by(step);
     let value = &value;
     (0..grid.columns())
         .flat_map(|column| angles().map(move |angle| value(column, angle)))
@@ -206,15 +210,11 @@ pub fn other_albedos() -> Request {
     let mut albedos = OTHER_ALBEDOS.to_vec();
     albedos.push(MAIN_ALBEDO);
     albedos.sort_by(|a, b| b.total_cmp(a));
-    let grid = Grid {
-        thetas: Grid::PAPER.thetas,
-        ..Grid::PAPER.coarser(COARSE)
-    };
     Request {
         // Errors of one albedo beside another are smaller: both come from the same paths.
         median_error: 0.05,
         tail_error: 0.2,
         batches: [8, 64],
-        ..Request::new(albedos, grid)
+        ..Request::new(albedos, other_grid())
     }
 }

@@ -58,14 +58,14 @@ impl Slice {
         let (t, dt) = self.grid.thetas.place(theta);
         let count = self.grid.thetas.count;
         let next = |i: usize, count: usize| (i + 1).min(count - 1);
+        let nodes = cubic(t, dt, count);
         let row = |s: usize| {
-            let at = |t: usize| self.log_collided[s * count + t];
-            at(t) + dt * (at(next(t, count)) - at(t))
+            let part = |(t, weight): &(usize, f64)| weight * self.log_collided[s * count + t];
+            nodes.iter().map(part).sum::<f64>()
         };
         let (low, high) = (row(s), row(next(s, self.grid.sigmas.count)));
-        let beyond = (sigma_t - self.grid.sigmas.max).max(0.0);
         let slope = self.trend[t] + dt * (self.trend[next(t, count)] - self.trend[t]);
-        let log = low + ds * (high - low) + slope * beyond;
+        let log = low + ds * (high - low) + beyond(slope, self.grid.sigmas.max, sigma_t);
         let collided = self.albedo * colliding(sigma_t) * log.exp();
         unscattered(theta, sigma_t, self.g) + collided
     }
@@ -80,6 +80,32 @@ impl Slice {
             .flat_map(|s| thetas.iter().map(move |t| at(s, t)));
         rows.collect()
     }
+}
+
+/// Four nodes about a place and their weights, by the cubic of Catmull and Rom; at the ends by the line.
+fn cubic(t: usize, dt: f64, count: usize) -> Vec<(usize, f64)> {
+    if t == 0 || t + 2 >= count {
+        return vec![(t, 1.0 - dt), ((t + 1).min(count - 1), dt)];
+    }
+    let (d2, d3) = (dt * dt, dt * dt * dt);
+    vec![
+        (t - 1, 0.5 * (2.0 * d2 - d3 - dt)),
+        (t, 0.5 * (2.0 - 5.0 * d2 + 3.0 * d3)),
+        (t + 1, 0.5 * (dt + 4.0 * d2 - 3.0 * d3)),
+        (t + 2, 0.5 * (d3 - d2)),
+    ]
+}
+
+/// How `ln C` goes on from the last extinction: where it hardly falls, towards the half-space's constant as
+/// `1 / sigma_t` does, for a sphere is ever flatter; where it falls fast, in a straight line as diffusion does;
+/// mixed between.
+fn beyond(slope: f64, last: f64, sigma_t: f64) -> f64 {
+    if sigma_t <= last {
+        return 0.0;
+    }
+    let fast = (-0.5 * slope * last - 1.0).clamp(0.0, 1.0);
+    let flattening = last * (1.0 - last / sigma_t);
+    slope * (flattening + fast * (sigma_t - last - flattening))
 }
 
 /// Slopes of `ln C` over the last extinctions, fitted to them so that noise weighs little.
