@@ -21,11 +21,12 @@ struct Depths {
     float from;
 };
 
-// Each sample's share of its light that reaches the eye, of what it emits, its colour, and its albedo over the
-// medium's factor.
+// Optical depth from the eye to each sample's beginning, its own; from where its light sets out, as a share of
+// that light; its colour, and its albedo over the medium's factor.
 struct Block {
-    float weight[BLOCK];
-    float emitted[BLOCK];
+    float tau[BLOCK + 1];
+    float dtau[BLOCK];
+    float literal[BLOCK];
     vec3 color[BLOCK];
     vec3 albedo[BLOCK];
     bool is_lit;
@@ -67,18 +68,16 @@ Block sample_block(ViewRay ray, int i, int count, float tau_end, inout Depths de
     float values[MAX_BLOCK], delayed[BLOCK];
     block_values(ray.grid.first, ray.grid.per_step, i, BLOCK, last_voxel, values);
     if (LITERAL_GATHER) delayed_depths(ray, i, count, delayed);
-    float begin = depths.at;
-    float before = exp(-depths.at);
+    block.tau[0] = depths.at;
     for (int k = 0; k < BLOCK; ++k) {
         vec4 material = table_at(entry_of(values[k]), table.z);
         float dtau = i + k < count && depths.from < tau_end ? material.a * ray.dt : 0.0;
         if (MASKED) dtau *= finite_weight(ray.grid.first + float(i + k) * ray.grid.per_step);
         depths.at += dtau;
-        float after = exp(-depths.at);
-        block.emitted[k] = absorbed(before, after, dtau);
-        block.weight[k] = LITERAL_GATHER ? exp(-depths.from) * dtau : block.emitted[k];
+        block.dtau[k] = dtau;
+        block.tau[k + 1] = depths.at;
+        block.literal[k] = LITERAL_GATHER ? exp(-depths.from) * dtau : 0.0;
         depths.from = LITERAL_GATHER ? depths.from + delayed[k] : depths.at;
-        before = after;
         block.color[k] = material.rgb;
         block.albedo[k] = material.rgb;
         if (ALBEDO_VOLUME) {
@@ -86,6 +85,11 @@ Block sample_block(ViewRay ray, int i, int count, float tau_end, inout Depths de
             block.albedo[k] = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
         }
     }
-    block.is_lit = depths.at > begin;
+    block.is_lit = depths.at > block.tau[0];
     return block;
+}
+
+// Share of what a sample sends out that reaches the eye: exact for one even in the sample.
+float seen(Block block, int k) {
+    return absorbed(exp(-block.tau[k]), exp(-block.tau[k + 1]), block.dtau[k]);
 }

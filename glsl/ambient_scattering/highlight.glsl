@@ -8,9 +8,10 @@ const float FAINT = 2e-3;
 vec3 highlight(Block block, ViewRay ray, int i) {
     float sum = 0.0, most = -1.0, at = 0.0;
     for (int k = 0; k < BLOCK; ++k) {
-        sum += block.weight[k];
-        if (block.weight[k] > most) at = float(i + k);
-        most = max(most, block.weight[k]);
+        float weight = seen(block, k);
+        sum += weight;
+        if (weight > most) at = float(i + k);
+        most = max(most, weight);
     }
     vec3 radiance = vec3(0.0);
     // A loop, not a branch: software drivers go through branches that no lane takes.

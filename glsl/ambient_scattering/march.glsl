@@ -46,7 +46,7 @@ layout(push_constant) uniform Push {
     uint sub_sample;
 } push;
 
-// The looks that a ray has taken: light at two ends of an interval of samples, straight between.
+// The looks that a ray has taken: light at two ends of an interval of samples.
 struct Interval {
     vec3 here[LOOKS];
     vec3 ahead[LOOKS];
@@ -72,6 +72,34 @@ void take_looks(ViewRay ray, int i, bool lit, inout Interval interval) {
     interval.end = looks > 0 ? i + INTERVAL : interval.end;
 }
 
+// Radiance that a block gathers where light goes from `first` to `last` over an interval of which the block begins
+// at a share of `at`. Light fades in a medium: it goes exponentially, and with the block's own transmittance is
+// integrated so; its hue goes straight.
+vec3 between(Block block, float at, vec3 first, vec3 last) {
+    const float STEEPEST = 4.0;
+    float here = first.r + first.g + first.b, ahead = last.r + last.g + last.b;
+    float most = max(max(here, ahead), 1e-30);
+    // A steeper change is that at a shadow's edge.
+    float low = most * exp(-STEEPEST);
+    float rise = log(max(ahead, low) / max(here, low));
+    vec3 hue = first / max(here, 1e-30), hue_ahead = last / max(ahead, 1e-30);
+    hue = here > 0.0 ? hue : hue_ahead;
+    hue_ahead = ahead > 0.0 ? hue_ahead : hue;
+    float share = 1.0 / float(INTERVAL);
+    float before = exp(at * rise - block.tau[0]);
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < BLOCK; ++k) {
+        float middle = at + (float(k) + 0.5) * share;
+        float after = exp((at + float(k + 1) * share) * rise - block.tau[k + 1]);
+        float weight = block.dtau[k] * mean_between(before, after, block.dtau[k] - share * rise);
+        // Light as printed is that of the sample's place.
+        if (LITERAL_GATHER) weight = block.literal[k] * exp(middle * rise);
+        sum += weight * block.albedo[k] * mix(hue, hue_ahead, middle);
+        before = after;
+    }
+    return max(here, low) * sum;
+}
+
 // Radiance that a block gathers from all lights, each weakened by its distance over the block.
 vec3 gathered(Block block, ViewRay ray, int i, Interval interval) {
     vec3 first = interval.here[LIGHT_COUNT], last = interval.ahead[LIGHT_COUNT];
@@ -87,12 +115,7 @@ vec3 gathered(Block block, ViewRay ray, int i, Interval interval) {
         first += falloff * interval.here[l];
         last += falloff * interval.ahead[l];
     }
-    vec3 sum = vec3(0.0);
-    for (int k = 0; k < BLOCK; ++k) {
-        float between = (float(i + k - interval.begin) + 0.5) / float(INTERVAL);
-        sum += block.weight[k] * block.albedo[k] * mix(first, last, between);
-    }
-    return ambient.table.w * sum;
+    return ambient.table.w * between(block, float(i - interval.begin) / float(INTERVAL), first, last);
 }
 
 vec4 march_ray(Ray camera, vec2 t) {
@@ -122,7 +145,7 @@ vec4 march_ray(Ray camera, vec2 t) {
         sum += block.is_lit ? gathered(block, ray, i, interval) : vec3(0.0);
         if (SPECULAR) sum += highlight(block, ray, i);
         if (EMISSION) {
-            for (int k = 0; k < BLOCK; ++k) sum += ambient.node_last.w * block.emitted[k] * block.color[k];
+            for (int k = 0; k < BLOCK; ++k) sum += ambient.node_last.w * seen(block, k) * block.color[k];
         }
         i += BLOCK;
     }

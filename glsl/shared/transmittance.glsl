@@ -7,3 +7,8 @@ float absorbed(float t_before, float t_after, float dtau) {
     float series = t_before * dtau * (1.0 - dtau * (0.5 - dtau * (1.0 / 6.0)));
     return dtau < 0.03 ? series : t_before - t_after;
 }
+
+// Mean of exp(-tau) from `before` to `after`, over which tau rises evenly by `rise`.
+float mean_between(float before, float after, float rise) {
+    return abs(rise) < 0.03 ? before * (1.0 - rise * (0.5 - rise * (1.0 / 6.0))) : (before - after) / rise;
+}

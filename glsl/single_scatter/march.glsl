@@ -59,11 +59,6 @@ Block sample_block(ViewRay ray, int i, int count, float tau, float tau_end) {
     return block;
 }
 
-// Mean of exp(-tau) from `before` to `after`, over which tau rises evenly by `rise`.
-float mean_between(float before, float after, float rise) {
-    return abs(rise) < 0.03 ? before * (1.0 - rise * (0.5 - rise * (1.0 / 6.0))) : (before - after) / rise;
-}
-
 // Light of one source that the block scatters towards the viewer. Over a sample, extinction, the depth to
 // the light and with them the exponent change evenly: exact in a homogeneous medium at any step.
 vec3 scattered(Block block, ViewRay ray, int i, int count, int l) {

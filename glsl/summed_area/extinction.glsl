@@ -7,6 +7,7 @@ layout(constant_id = 1) const bool MASKED = false;
 layout(constant_id = 2) const bool CLIP_BOX = false;
 layout(constant_id = 3) const bool CLIP_PLANE = false;
 layout(constant_id = 4) const int MEDIUM_CELL = 4; // voxels along the edge of a cell of the medium
+layout(constant_id = 5) const bool SPLIT = false;  // cells are parts of voxels
 
 #include "shared/view.glsl"
 
@@ -15,6 +16,7 @@ layout(std140, set = 0, binding = 1) uniform Area {
                              // a unit of extinction and voxel
     uvec4 dims;              // voxels along x, y, z; w unused
     uvec4 cell;              // voxels of a cell along x, y, z; w unused
+    uvec4 split;             // cells of a voxel along x, y, z; w unused
     vec4 world_from_grid[3]; // rows of the affine map to world units about the volume's centre
 } area;
 
@@ -26,11 +28,11 @@ layout(push_constant) uniform Push {
     uint slice_count;
 } push;
 
-// Whether the voxel counts: it is finite and not clipped away.
-bool is_kept(ivec3 voxel) {
-    if (MASKED && texelFetch(finite_mask, voxel, 0).r < 0.999) return false;
+// Whether a place counts, given by grid coordinates: it is finite and not clipped away.
+bool is_kept(vec3 place) {
+    if (MASKED && textureLod(finite_mask, (place + 0.5) / vec3(area.dims.xyz), 0.0).r < 0.999) return false;
     if (CLIP_BOX || CLIP_PLANE) {
-        vec4 q = vec4(vec3(voxel), 1.0);
+        vec4 q = vec4(place, 1.0);
         vec3 x = vec3(dot(area.world_from_grid[0], q), dot(area.world_from_grid[1], q),
                       dot(area.world_from_grid[2], q));
         if (CLIP_BOX && (any(lessThan(x, view.clip_min.xyz)) || any(greaterThan(x, view.clip_max.xyz)))) return false;
@@ -39,10 +41,13 @@ bool is_kept(ivec3 voxel) {
     return true;
 }
 
-void main() {
-    ivec3 cell = ivec3(gl_GlobalInvocationID.xy, gl_GlobalInvocationID.z + push.first_slice);
-    if (gl_GlobalInvocationID.z >= push.slice_count || any(greaterThanEqual(cell, imageSize(sums)))) return;
+float extinction_of(float value) {
     vec4 table = area.table;
+    return extinction_at(clamp((value - table.x) * table.y, 0.0, table.z - 1.0), table.z);
+}
+
+// Sum over the voxels of a cell.
+float sum_of(ivec3 cell) {
     ivec3 first = cell * ivec3(area.cell.xyz);
     ivec3 end = min(first + ivec3(area.cell.xyz), ivec3(area.dims.xyz));
     if (SKIP_EMPTY) {
@@ -55,10 +60,17 @@ void main() {
     float sum = 0.0;
     for (int z = first.z; z < end.z; ++z)
         for (int y = first.y; y < end.y; ++y)
-            for (int x = first.x; x < end.x; ++x) {
-                float entry = clamp((texel(x, y, z) - table.x) * table.y, 0.0, table.z - 1.0);
-                float sigma_t = extinction_at(entry, table.z);
-                sum += is_kept(ivec3(x, y, z)) ? sigma_t : 0.0;
-            }
-    imageStore(sums, cell, uvec4(uint(sum * table.w + 0.5)));
+            for (int x = first.x; x < end.x; ++x)
+                sum += is_kept(vec3(x, y, z)) ? extinction_of(texel(x, y, z)) : 0.0;
+    return sum;
+}
+
+void main() {
+    ivec3 cell = ivec3(gl_GlobalInvocationID.xy, gl_GlobalInvocationID.z + push.first_slice);
+    if (gl_GlobalInvocationID.z >= push.slice_count || any(greaterThanEqual(cell, imageSize(sums)))) return;
+    vec3 middle = (vec3(cell) + 0.5) / vec3(area.split.xyz) - 0.5;
+    float sum;
+    if (SPLIT) sum = is_kept(middle) ? extinction_of(value_at(middle, vec3(area.dims.xyz) - 1.0)) : 0.0;
+    else sum = sum_of(cell);
+    imageStore(sums, cell, uvec4(uint(sum * area.table.w + 0.5)));
 }

@@ -40,7 +40,7 @@ pub enum TechniquePlan {
     /// Single scattering with shadows.
     SingleScatter(SingleScatterPlan, SingleScatterParams),
     /// Multiple scattering near every sample, from a table.
-    AmbientScattering(AmbientScatteringPlan, AmbientScatteringParams),
+    AmbientScattering(Box<AmbientScatteringPlan>, AmbientScatteringParams),
 }
 
 /// A technique on the device.
@@ -72,7 +72,7 @@ impl TechniquePlan {
                 .map(|plan| Self::SingleScatter(plan, *params)),
             TechniqueParams::AmbientScattering(params) => {
                 ambient_scattering::plan(scene, params, limits)
-                    .map(|plan| Self::AmbientScattering(plan, *params))
+                    .map(|plan| Self::AmbientScattering(Box::new(plan), *params))
             }
         }
     }

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::AmbientScatteringPlan;
 use super::lookup::{Scalars, per_octave};
+use super::{AmbientScatteringPlan, choice};
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{AmbientScatteringParams, Scene};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
@@ -171,7 +171,8 @@ impl AmbientUniform {
     }
 }
 
-/// Largest distance between samples, world units.
+/// Largest distance between samples, world units: where voxels are coarse beside the radius, half of that.
 pub(super) fn step_length(scene: &Scene, params: &AmbientScatteringParams) -> f64 {
-    params.step * scene.volume.grid.spacing().min_element()
+    let step = params.step * scene.volume.grid.spacing().min_element();
+    step.min(0.5 * params.step.max(1.0) * choice::radius(scene, params.radius))
 }

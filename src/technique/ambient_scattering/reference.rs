@@ -186,7 +186,7 @@ impl<'a> Reference<'a> {
         if self.params.gather == Gather::Literal {
             return irradiance * all * about;
         }
-        let g = self.scene.medium.phase_g.into();
+        let g = self.scene.medium.phase_g;
         let spread = (all * (-depth * self.slab.dimming(depth)).exp() - direct).max(0.0);
         let local = about - unscattered(theta, depth, g);
         irradiance

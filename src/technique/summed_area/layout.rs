@@ -109,6 +109,7 @@ pub struct AreaUniform {
     pub table: [f32; 4],
     pub dims: [u32; 4],
     pub cell: [u32; 4],
+    pub split: [u32; 4],
     pub world_from_grid: [[f32; 4]; 3],
 }
 
@@ -123,6 +124,7 @@ impl AreaUniform {
             table: [table_min, table_scale, entries, levels as f32],
             dims: medium.plan.dims.extend(0).to_array(),
             cell: plan.cell.extend(0).to_array(),
+            split: plan.split.extend(0).to_array(),
             world_from_grid: grid_rows(&scene.volume.grid),
         }
     }

@@ -31,17 +31,22 @@ const fn constant(id: u32, name: &'static str) -> Specialization {
 }
 
 /// Constants of `summed_area.extinction`, in the order of their ids.
-pub const CONSTANTS: [Specialization; 5] = [
+pub const CONSTANTS: [Specialization; 6] = [
     constant(0, "SKIP_EMPTY"),
     constant(1, "MASKED"),
     constant(2, "CLIP_BOX"),
     constant(3, "CLIP_PLANE"),
     constant(4, "MEDIUM_CELL"),
+    constant(5, "SPLIT"),
 ];
 
 /// Cells along a radius, at least, where voxels are not coarser: a box is then sharp enough (the README has
 /// the error) and the table small.
 const CELLS_A_RADIUS: f64 = 2.5;
+
+/// Cells along the longest side, at least, where the radius asks for them: the volume's faces are as sharp as
+/// its inside, whatever the voxels.
+const MIN_CELLS: f64 = 48.0;
 
 /// Voxels classified a submission, so that none runs long.
 const MAX_VOXELS: u64 = 1 << 28;
@@ -57,6 +62,8 @@ const MAX_LEVEL: f64 = (1 << 24) as f64;
 pub struct SummedAreaPlan {
     /// Voxels of a cell along x, y, z.
     pub cell: UVec3,
+    /// Cells of a voxel along x, y, z; above 1 only where voxels are coarse and `cell` is 1.
+    pub split: UVec3,
     /// Cells along x, y, z.
     pub cells: UVec3,
     /// Levels a unit of extinction (per world unit): what a cell holds of its mean extinction.
@@ -89,8 +96,9 @@ impl SummedAreaPlan {
         let spacing = scene.volume.grid.spacing();
         let most = (finest / CELLS_A_RADIUS / spacing).max(DVec3::ONE);
         let cell = most.floor().min(medium.dims.as_dvec3()).as_uvec3();
-        let cells = (medium.dims + cell - 1) / cell;
-        let side = box_side(widest) / (spacing * cell.as_dvec3());
+        let split = split(scene, finest);
+        let cells = (medium.dims * split + cell - 1) / cell;
+        let side = box_side(widest) / (spacing * cell.as_dvec3() / split.as_dvec3());
         // The whole cells that a box touches.
         let touched = (side + 2.0).min(cells.as_dvec3()).element_product();
         let baked = medium.table.bake(scene);
@@ -104,10 +112,12 @@ impl SummedAreaPlan {
             u32::from(scene.clip.bounds.is_some()),
             u32::from(scene.clip.plane.is_some()),
             medium.cells.map_or(1, |c| c.size),
+            u32::from(split.max_element() > 1),
         ];
         let constants = CONSTANTS.iter().zip(values);
         let plan = Self {
             cell,
+            split,
             cells,
             // A whole number of levels for the densest voxel: a medium of one opacity is summed exactly.
             levels: if densest > 0.0 {
@@ -188,13 +198,22 @@ impl SummedAreaPlan {
     /// the volume of a sphere of `radius`, world units.
     #[must_use]
     pub fn half_box(&self, scene: &Scene, radius: f64) -> DVec3 {
-        0.5 * box_side(radius) / (scene.volume.grid.spacing() * self.cell.as_dvec3())
+        let cell = scene.volume.grid.spacing() * self.cell.as_dvec3() / self.split.as_dvec3();
+        0.5 * box_side(radius) / cell
     }
 
     /// Cells a unit of texture coordinate, and that over the number of cells: the last cells may reach
     /// beyond the volume.
     #[must_use]
     pub fn cells_per_texture(&self, dims: UVec3) -> DVec3 {
-        dims.as_dvec3() / self.cell.as_dvec3()
+        dims.as_dvec3() * self.split.as_dvec3() / self.cell.as_dvec3()
     }
+}
+
+/// Parts of a voxel that are cells of their own, where voxels are coarse beside the radius and few.
+fn split(scene: &Scene, finest: f64) -> UVec3 {
+    let grid = &scene.volume.grid;
+    let size = grid.spacing() * grid.dims.as_dvec3();
+    let wanted = (finest / CELLS_A_RADIUS).max(size.max_element() / MIN_CELLS);
+    (grid.spacing() / wanted).floor().max(DVec3::ONE).as_uvec3()
 }
