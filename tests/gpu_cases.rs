@@ -1,4 +1,4 @@
-//! `path_trace` and `single_scatter` beside Mitsuba 3: `tests/cases/README.md` says where the images come from.
+//! `path_trace`, `single_scatter` and `ambient_scattering` beside Mitsuba 3: `tests/cases/README.md` says where the images come from.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -9,10 +9,12 @@ use std::path::PathBuf;
 use common::{device, render};
 use estimates::{estimate, traced};
 use tyndall::gpu::Device;
-use tyndall::output::metrics::probability_among;
+use tyndall::output::metrics::{CompareOptions, compare_images, probability_among};
 use tyndall::output::{Image, exr};
 use tyndall::scene::file::SceneFile;
-use tyndall::scene::{LightCache, Scene, SingleScatterParams, TechniqueParams};
+use tyndall::scene::{
+    AmbientScatteringParams, LightCache, Scene, SingleScatterParams, TechniqueParams,
+};
 
 const CASES: [&str; 5] = [
     "c01_homog_side",
@@ -204,6 +206,40 @@ fn single_scatter_is_within_two_percent_at_default_settings() {
         let error = 100.0 * expected.1 / expected.0;
         println!("| {case} | {half:.2} % | {full:.2} % | {none:.2} % | {error:.2} % |");
         assert!(half.abs() < 2.0, "{case}: {half} %");
+    }
+}
+
+/// Relative bias and FLIP, as shown.
+fn distance(found: &Image, expected: &Image) -> [f64; 2] {
+    let comparison = compare_images(found, expected, &CompareOptions::default()).unwrap();
+    let bias = comparison.errors.relative_bias.unwrap();
+    [bias, comparison.shown.flip.mean]
+}
+
+#[test]
+fn ambient_scattering_is_nearer_to_all_light_than_single_scatter() {
+    let device = device();
+    println!("| case | single_scatter: bias / FLIP | ambient_scattering |");
+    println!("|---|---|---|");
+    for case in CASES {
+        let expected = reference(case, None).0;
+        let of = |technique| {
+            let mut s = scene(case);
+            s.technique = technique;
+            // The reference averages over pixels.
+            s.image.samples_per_axis = 4;
+            distance(&render(&device, &s), &expected)
+        };
+        let once = of(TechniqueParams::SingleScatter(
+            SingleScatterParams::default(),
+        ));
+        let ours = of(TechniqueParams::AmbientScattering(
+            AmbientScatteringParams::default(),
+        ));
+        let shown = |[bias, flip]: [f64; 2]| format!("{:.1} % / {flip:.3}", 100.0 * bias);
+        println!("| {case} | {} | {} |", shown(once), shown(ours));
+        assert!(ours[0].abs() < once[0].abs(), "{case}: bias");
+        assert!(ours[1] < once[1], "{case}: FLIP");
     }
 }
 

@@ -82,6 +82,37 @@ const SINGLE_SCATTER: [Case; 3] = [
     ),
 ];
 
+const AMBIENT_SCATTERING: [Case; 3] = [
+    (
+        "cloud",
+        "cloud",
+        &[
+            "technique.name=ambient_scattering",
+            "volume.procedural.resolution=48",
+        ],
+    ),
+    (
+        "mechanical_part",
+        "mechanical_part",
+        &[
+            "technique.name=ambient_scattering",
+            "technique.ambient_scattering.specular=0.3",
+            "volume.procedural.resolution=64",
+        ],
+    ),
+    (
+        "supernova_literal",
+        "default",
+        &[
+            "technique.name=ambient_scattering",
+            "technique.ambient_scattering.gather=literal",
+            "technique.ambient_scattering.radius=3",
+            "lights=[{point={position=[0,0,0],intensity=2}}]",
+            "volume.procedural.resolution=48",
+        ],
+    ),
+];
+
 const RAY_MARCH: [Case; 7] = [
     ("supernova", "default", &["volume.procedural.resolution=48"]),
     (
@@ -177,6 +208,11 @@ fn ray_march_images_are_the_blessed_ones() {
 #[test]
 fn single_scatter_images_are_the_blessed_ones() {
     assert_blessed("single_scatter", &SINGLE_SCATTER);
+}
+
+#[test]
+fn ambient_scattering_images_are_the_blessed_ones() {
+    assert_blessed("ambient_scattering", &AMBIENT_SCATTERING);
 }
 
 #[test]

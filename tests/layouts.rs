@@ -8,6 +8,7 @@ use spirq::ty::DescriptorType;
 use tyndall::gpu::shader::{self, Shader};
 use tyndall::gpu::{BindingKind, Specialization, StageLayout};
 use tyndall::technique::ambient_scattering::table::layout as preintegrate;
+use tyndall::technique::ambient_scattering::{self, AmbientMarchPush, AmbientUniform, TubePush};
 use tyndall::technique::medium::{self, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
@@ -26,6 +27,7 @@ fn reflect(shader: &Shader) -> EntryPoint {
 fn layouts() -> Vec<StageLayout> {
     [
         preintegrate::LAYOUTS,
+        ambient_scattering::LAYOUTS,
         medium::LAYOUTS,
         path_trace::LAYOUTS,
         ray_march::LAYOUTS,
@@ -62,6 +64,9 @@ fn blocks_have_the_offsets_of_their_rust_structs() {
     }
     for trace in path_trace::LAYOUTS.iter().map(|l| &l.shader) {
         trace_blocks(trace);
+    }
+    for layout in ambient_scattering::LAYOUTS {
+        ambient_blocks(&layout.shader);
     }
     let (caches, marches) = single_scatter::LAYOUTS.split_at(4);
     for (cache, march) in caches.iter().zip(marches) {
@@ -122,6 +127,45 @@ fn elements(shader: &Shader, binding: u32) -> (Vec<usize>, usize) {
         }
     }
     panic!("{}: no such buffer", shader.name);
+}
+
+fn ambient_blocks(shader: &Shader) {
+    let uniform = vec![
+        offset_of!(AmbientUniform, table),
+        offset_of!(AmbientUniform, dims),
+        offset_of!(AmbientUniform, cell_scale),
+        offset_of!(AmbientUniform, node_first),
+        offset_of!(AmbientUniform, node_spacing),
+        offset_of!(AmbientUniform, node_last),
+        offset_of!(AmbientUniform, extinction_scale),
+        offset_of!(AmbientUniform, occlusion_scale),
+        offset_of!(AmbientUniform, environment),
+        offset_of!(AmbientUniform, specular),
+        offset_of!(AmbientUniform, dimming_ratio),
+        offset_of!(AmbientUniform, gradient),
+        offset_of!(AmbientUniform, world_from_grid),
+        offset_of!(AmbientUniform, lights),
+    ];
+    assert_eq!(
+        block(shader, Some(1)),
+        (uniform, size_of::<AmbientUniform>())
+    );
+    let (push, bytes) = if shader.name.contains("radiance_cache") {
+        let push = vec![
+            offset_of!(TubePush, light),
+            offset_of!(TubePush, first_slice),
+            offset_of!(TubePush, slice_count),
+        ];
+        (push, size_of::<TubePush>())
+    } else {
+        let push = vec![
+            offset_of!(AmbientMarchPush, first_tile),
+            offset_of!(AmbientMarchPush, tile_count),
+            offset_of!(AmbientMarchPush, sub_sample),
+        ];
+        (push, size_of::<AmbientMarchPush>())
+    };
+    assert_eq!(block(shader, None), (push, bytes));
 }
 
 fn march_blocks(march: &Shader) {
@@ -278,6 +322,15 @@ fn every_shader_has_a_layout_and_fits_the_smallest_limits() {
     }
 }
 
+fn ambient_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
+    let constants = |i| match i {
+        0 => ambient_scattering::CACHE_CONSTANTS.to_vec(),
+        _ => ambient_scattering::MARCH_CONSTANTS.to_vec(),
+    };
+    let layouts = ambient_scattering::LAYOUTS.iter().enumerate();
+    layouts.map(move |(i, layout)| (layout.shader, constants(i)))
+}
+
 fn scatter_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     let constants = |i| match i {
         0..4 => single_scatter::CACHE_CONSTANTS.to_vec(),
@@ -332,6 +385,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     ]
     .into_iter()
     .chain(scatter_constants())
+    .chain(ambient_constants())
     {
         let given: Vec<_> = given.iter().map(|c| (c.id, c.name.to_owned())).collect();
         assert_eq!(constants(&shader), given, "{}", shader.name);

@@ -16,6 +16,8 @@ pub enum Model {
     SingleScattering,
     /// Light that is scattered any number of times.
     MultipleScattering,
+    /// The same, nearly: light scattered about a sample, and on its way there.
+    AmbientScattering,
 }
 
 /// The model of a technique.
@@ -28,7 +30,7 @@ pub const fn model(technique: &TechniqueParams) -> Model {
             _ => Model::MultipleScattering,
         },
         TechniqueParams::SingleScatter(_) => Model::SingleScattering,
-        TechniqueParams::AmbientScattering(_) => Model::MultipleScattering,
+        TechniqueParams::AmbientScattering(_) => Model::AmbientScattering,
     }
 }
 
@@ -58,7 +60,7 @@ pub(super) fn bound(extreme: &Extreme, technique: &TechniqueParams) -> f64 {
             extreme.irradiance / PI * (reflected + f64::from(s.ambient) * color)
         }
         Model::SingleScattering => scattered,
-        Model::MultipleScattering => LARGEST_FLUENCE * scattered,
+        Model::MultipleScattering | Model::AmbientScattering => LARGEST_FLUENCE * scattered,
     }
 }
 
@@ -99,7 +101,7 @@ pub(super) fn limit(extreme: &Extreme, technique: &TechniqueParams, found: Found
         Model::SingleScattering => limit("scattered once", once, 0.0),
         // The second scattering is smaller by the depth, and by how much more there is across the view.
         _ if tau < 2e-3 && m.phase_g == 0.0 => limit("thin", once, 10.0 * tau),
-        _ if tau > 500.0 && m.phase_g == 0.0 => {
+        Model::MultipleScattering if tau > 500.0 && m.phase_g == 0.0 => {
             let h = half_space::h(1.0, albedo);
             let reflected = albedo * extreme.irradiance / (8.0 * PI) * h * h;
             limit("opaque", reflected, 0.0)

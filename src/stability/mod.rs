@@ -17,7 +17,8 @@ use serde::Serialize;
 
 use crate::gpu::Device;
 use crate::scene::{
-    LightCache, PathTraceParams, RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
+    AmbientScatteringParams, LightCache, PathTraceParams, RayMarchParams, Scene,
+    SingleScatterParams, TechniqueParams,
 };
 use crate::technique::{RenderError, Renderer};
 
@@ -114,6 +115,10 @@ pub fn subjects() -> Vec<Subject> {
         seed: 1,
         ..PathTraceParams::default()
     };
+    let ambient = AmbientScatteringParams {
+        early_termination: 1.0,
+        ..AmbientScatteringParams::default()
+    };
     let subject = |name, params| Subject { name, params };
     vec![
         subject(
@@ -126,6 +131,10 @@ pub fn subjects() -> Vec<Subject> {
         subject("ray_march, shaded", TechniqueParams::RayMarch(march)),
         subject("single_scatter", scatter(LightCache::Half)),
         subject("single_scatter, uncached", scatter(LightCache::None)),
+        subject(
+            "ambient_scattering",
+            TechniqueParams::AmbientScattering(ambient),
+        ),
         subject(
             "path_trace, once",
             TechniqueParams::PathTrace(PathTraceParams {

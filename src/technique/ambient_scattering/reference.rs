@@ -187,7 +187,12 @@ impl<'a> Reference<'a> {
             return irradiance * all * about;
         }
         let g = self.scene.medium.phase_g;
-        let spread = (all * (-depth * self.slab.dimming(depth)).exp() - direct).max(0.0);
+        // Half a step: from where the light enters the sphere.
+        let passed = match self.params.tube {
+            Tube::Slab => self.transmission(depth, 1.0),
+            _ => self.slice.radiance(0.0, 0.5 * depth) / self.slice.radiance(0.0, 0.0),
+        };
+        let spread = (all * passed - direct).max(0.0);
         let local = about - unscattered(theta, depth, g);
         irradiance
             * (all * local
