@@ -43,11 +43,16 @@ void load_look() {
 
 // The light that arrives at x, whose grid coordinates are q: one block of nodes a light, stacked along z.
 vec4 light_at(vec3 x, vec3 q, uint l) {
-    if (!CACHED) return arriving(x, lights[l]);
-    // Within the block's own nodes: nothing of the next light's.
-    vec3 at = clamp(q * cache_scale + cache_offset, cache_first, cache_last);
-    at.z += float(l) * cache_light;
-    return textureLod(radiance_cache, at, 0.0);
+    vec4 arrived;
+    if (CACHED) {
+        // Within the block's own nodes: nothing of the next light's.
+        vec3 at = clamp(q * cache_scale + cache_offset, cache_first, cache_last);
+        at.z += float(l) * cache_light;
+        arrived = textureLod(radiance_cache, at, 0.0);
+    } else {
+        arrived = arriving(x, lights[l]);
+    }
+    return arrived;
 }
 
 float phase(float cos_theta, float g) {
@@ -70,12 +75,11 @@ void look(vec3 x, vec3 q, vec3 direction, out vec3 radiance[LOOKS]) {
         vec4 about = textureLod(scattered, vec2((angle * (ANGLES - 1.0) + 0.5) / ANGLES, place), 0.0);
         vec4 arrived = light_at(x, q, l);
         vec3 sum = arrived.rgb * about.rgb;
-        if (!LITERAL_GATHER) {
-            // The tube's last half step; the table holds the mean over the channels.
-            vec3 passed = exp(-depth * about.a * dimming_ratio);
-            vec3 spread = max(arrived.rgb * passed - arrived.a, vec3(0.0));
-            sum += arrived.a * phase(cos_theta, phase_g) + spread * phase(cos_theta, spread_g);
-        }
+        // The tube's last half step; the table holds the mean over the channels.
+        vec3 passed = exp(-depth * about.a * dimming_ratio);
+        vec3 spread = max(arrived.rgb * passed - arrived.a, vec3(0.0));
+        vec3 split = arrived.a * phase(cos_theta, phase_g) + spread * phase(cos_theta, spread_g);
+        sum += LITERAL_GATHER ? vec3(0.0) : split;
         radiance[l] = sum * lights[l].irradiance.rgb;
     }
     radiance[LIGHT_COUNT] = ENVIRONMENT ? textureLod(occlusion, p * occlusion_scale, 0.0).r * environment : vec3(0.0);
