@@ -28,7 +28,7 @@ void load_look() {
     for (uint l = 0; l < LIGHT_COUNT; ++l) lights[l] = ambient.lights[l];
     per_voxel = 1.0 / ambient.dims.xyz;
     vec3 nodes = ambient.node_last.xyz + 1.0;
-    vec3 per_node = 1.0 / vec3(nodes.xy, nodes.z * float(max(LIGHT_COUNT, 1u)));
+    vec3 per_node = 1.0 / vec3(textureSize(radiance_cache, 0));
     cache_scale = per_node / ambient.node_spacing.xyz;
     cache_first = 0.5 * per_node;
     cache_offset = cache_first - cache_scale * ambient.node_first.xyz;
@@ -64,7 +64,8 @@ float phase(float cos_theta, float g) {
 void look(vec3 x, vec3 q, vec3 direction, out vec3 radiance[LOOKS]) {
     vec3 p = (q + 0.5) * per_voxel;
     // The optical depth of a radius: the sphere's, and the tube's within it.
-    float depth = LIGHT_COUNT > 0 ? ambient_depth(p) : 0.0;
+    float depth = 0.0;
+    if (HAS_LIGHTS) depth = ambient_depth(p);
     float place = place_of(depth);
     for (uint l = 0; l < LIGHT_COUNT; ++l) {
         vec3 w_i = lights[l].place.xyz;

@@ -18,6 +18,7 @@ layout(constant_id = 12) const bool LITERAL_GATHER = false;
 layout(constant_id = 13) const bool SPECULAR = false;
 layout(constant_id = 14) const bool ENVIRONMENT = false;
 layout(constant_id = 15) const int INTERVAL = 4; // samples between two looks at the light
+layout(constant_id = 16) const bool HAS_LIGHTS = false;
 
 const int BLOCK = 4;
 const float INV_4_PI = 0.0795774715;

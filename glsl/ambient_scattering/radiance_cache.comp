@@ -15,7 +15,7 @@ layout(constant_id = 4) const uint SPREAD = 1;
 #define AMBIENT_BINDING 0
 #include "ambient_scattering/tube.glsl"
 
-layout(set = 0, binding = 4, rgba16f) writeonly uniform image3D radiance_cache;
+layout(set = 0, binding = 4) writeonly uniform image3D radiance_cache;
 
 layout(push_constant) uniform Push {
     uint light;

@@ -3,7 +3,7 @@
 use glam::UVec3;
 
 use crate::gpu::{Format, Limits};
-use crate::scene::{AmbientScatteringParams, LightCache, Scene};
+use crate::scene::{AmbientScatteringParams, LightCache, Scene, Tube};
 use crate::technique::nodes::Nodes;
 use crate::technique::{PlanError, ResourceKind, ResourcePlan};
 
@@ -23,6 +23,9 @@ pub struct CachePlan {
     pub nodes: Nodes,
     /// Lights, stacked along z.
     pub lights: u32,
+    /// Shares of light to 1/65535, which tells those near 1 apart; half floats where a tube may pass more than
+    /// all.
+    pub format: Format,
     /// Slices of nodes a submission, so that none runs long.
     pub slices_per_submission: u32,
 }
@@ -54,6 +57,10 @@ impl CachePlan {
         let plan = Self {
             nodes,
             lights,
+            format: match params.tube {
+                Tube::Slab => Format::R16G16B16A16_UNORM,
+                Tube::Normalized | Tube::Literal => Format::R16G16B16A16_SFLOAT,
+            },
             slices_per_submission: u32::try_from(slices).unwrap_or(1),
         };
         let extent = plan.extent();
@@ -89,7 +96,7 @@ impl CachePlan {
             name: "radiance_cache",
             kind: ResourceKind::Auxiliary,
             extent,
-            format: Format::R16G16B16A16_SFLOAT,
+            format: self.format,
             bytes: 8 * extent.as_u64vec3().element_product(),
             shrink: SHRINK,
         }

@@ -48,7 +48,7 @@ pub const CACHE_CONSTANTS: [Specialization; 5] = [
 ];
 
 /// Constants of `ambient_scattering.march`, in the order of their ids.
-pub const MARCH_CONSTANTS: [Specialization; 16] = [
+pub const MARCH_CONSTANTS: [Specialization; 17] = [
     CACHE_CONSTANTS[0],
     CACHE_CONSTANTS[1],
     CACHE_CONSTANTS[2],
@@ -65,6 +65,7 @@ pub const MARCH_CONSTANTS: [Specialization; 16] = [
     constant(13, "SPECULAR"),
     constant(14, "ENVIRONMENT"),
     constant(15, "INTERVAL"),
+    constant(16, "HAS_LIGHTS"),
 ];
 
 /// Pixels along the edge of a tile; 64 invocations march one.
@@ -178,6 +179,7 @@ pub fn plan(
         flag(params.specular > 0.0 && lights > 0),
         flag(environment),
         interval,
+        flag(lights > 0),
     ];
     Ok(AmbientScatteringPlan {
         cache_constants: with_values(&CACHE_CONSTANTS, &values),

@@ -251,7 +251,7 @@ fn cache_image(device: &Device, plan: &AmbientScatteringPlan) -> Result<Arc<Imag
     let desc = ImageDesc {
         image_type: ImageType::TYPE_3D,
         extent: plan.cache.map_or(UVec3::ONE, |c| c.extent()),
-        format: Format::R16G16B16A16_SFLOAT,
+        format: plan.cache.map_or(Format::R16G16B16A16_SFLOAT, |c| c.format),
         usage: ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED,
     };
     let image = Image::new(device, "radiance_cache", desc)?;
