@@ -23,8 +23,11 @@ bool is_empty(vec3 lo, vec3 hi, ivec3 cells) {
 // `planes` is 0 instead of 4.
 float box_sum(vec3 lo, vec3 hi, ivec3 cells, int planes) {
     ivec3 first = ivec3(floor(lo)), last = ivec3(floor(hi));
-    // lo and hi in one cell: the whole cells between are then minus one.
-    mat3 weights = mat3(vec3(first) + 1.0 - lo, vec3(1.0), hi - vec3(last));
+    // lo and hi in one cell: only that part of it counts. Both parts less the whole cell would be the same, but
+    // of a small box nothing but rounding would be left.
+    bvec3 in_one = equal(first, last);
+    mat3 weights = mat3(mix(vec3(first) + 1.0 - lo, hi - lo, in_one), mix(vec3(1.0), vec3(0.0), in_one),
+                        mix(hi - vec3(last), vec3(0.0), in_one));
     ivec3 corners[4] = ivec3[4](first, first + 1, last, last + 1);
     uint before[16];
     float sum = 0.0;
