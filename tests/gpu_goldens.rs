@@ -82,6 +82,28 @@ const SINGLE_SCATTER: [Case; 3] = [
     ),
 ];
 
+const AMBIENT_OCCLUSION: [Case; 2] = [
+    (
+        "cloud",
+        "cloud",
+        &[
+            "technique.name=ambient_occlusion",
+            "volume.procedural.resolution=48",
+            "image.exposure=2.0",
+        ],
+    ),
+    (
+        "mechanical_part",
+        "mechanical_part",
+        &[
+            "technique.name=ambient_occlusion",
+            "technique.ambient_occlusion.radius=6",
+            "volume.procedural.resolution=64",
+            "image.exposure=3.0",
+        ],
+    ),
+];
+
 const RAY_MARCH: [Case; 7] = [
     ("supernova", "default", &["volume.procedural.resolution=48"]),
     (
@@ -177,6 +199,11 @@ fn ray_march_images_are_the_blessed_ones() {
 #[test]
 fn single_scatter_images_are_the_blessed_ones() {
     assert_blessed("single_scatter", &SINGLE_SCATTER);
+}
+
+#[test]
+fn ambient_occlusion_images_are_the_blessed_ones() {
+    assert_blessed("ambient_occlusion", &AMBIENT_OCCLUSION);
 }
 
 #[test]

@@ -6,11 +6,15 @@
 mod field;
 mod layout;
 mod plan;
+mod probe;
 mod record;
+pub mod reference;
 mod resources;
 
 pub use field::{Field, FieldKind, FieldPlan};
 pub use layout::{AreaUniform, BoxPush, ExtinctionPush, LAYOUTS};
 pub use plan::{CONSTANTS, SummedAreaPlan, box_side, stage};
+#[doc(hidden)]
+pub use probe::probe;
 pub use record::record_sums;
 pub use resources::{SummedArea, Sums};
