@@ -89,6 +89,7 @@ const AMBIENT_OCCLUSION: [Case; 2] = [
         &[
             "technique.name=ambient_occlusion",
             "volume.procedural.resolution=48",
+            "image.background=[0.0,0.0,0.0]",
             "image.exposure=2.0",
         ],
     ),

@@ -12,7 +12,7 @@ use tyndall::technique::medium::{self, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
 use tyndall::technique::single_scatter::{self, CacheLightPush, ScatterMarchPush, ScatterUniform};
-use tyndall::technique::summed_area::{self, AreaUniform, BoxPush, ExtinctionPush};
+use tyndall::technique::summed_area::{self, AreaUniform, BoxPush, ExtinctionPush, OcclusionPush};
 use tyndall::technique::{LightUniform, ViewUniform};
 
 fn reflect(shader: &Shader) -> EntryPoint {
@@ -207,9 +207,15 @@ fn area_blocks() {
         offset_of!(BoxPush, first_slice),
         offset_of!(BoxPush, slice_count),
     ];
-    for shader in others[1..].iter().map(|l| &l.shader) {
-        assert_eq!(block(shader, None), (push.clone(), size_of::<BoxPush>()));
-    }
+    let extinction = &others[1].shader;
+    assert_eq!(
+        block(extinction, None),
+        (push.clone(), size_of::<BoxPush>())
+    );
+    assert_eq!(offset_of!(OcclusionPush, shells), 0);
+    let push = [push, vec![offset_of!(OcclusionPush, square_a_level)]].concat();
+    let occlusion = &others[2].shader;
+    assert_eq!(block(occlusion, None), (push, size_of::<OcclusionPush>()));
 }
 
 fn occluded_blocks(march: &Shader) {

@@ -52,25 +52,45 @@ pub fn box_mean(values: &[f64], cells: UVec3, lo: DVec3, hi: DVec3) -> f64 {
 pub fn field(scene: &Scene, plan: &FieldPlan) -> Vec<f64> {
     let cells = plan.area.cells;
     let values = cell_extinctions(scene, plan.area.cell);
-    let mean = |centre: DVec3, half: DVec3| box_mean(&values, cells, centre - half, centre + half);
+    let squares: Vec<_> = values.iter().map(|v| v * v).collect();
+    let mean =
+        |of: &[f64], centre: DVec3, half: DVec3| box_mean(of, cells, centre - half, centre + half);
     let texel = |cell: UVec3| {
         let centre = cell.as_dvec3() + 0.5;
         match plan.kind {
-            FieldKind::AmbientExtinction => plan.radius * mean(centre, plan.half_box),
+            FieldKind::AmbientExtinction => plan.radius * mean(&values, centre, plan.half_box),
             FieldKind::Occlusion => {
-                let (mut tau, mut within) = (0.0, (0.0, 0.0));
-                for shell in 1..=SHELLS {
+                let of = |shell: u32| {
                     let share = f64::from(shell) / f64::from(SHELLS);
+                    let half = share * plan.half_box;
                     let volume = share.powi(3);
-                    let sum = volume * mean(centre, share * plan.half_box);
-                    tau += plan.radius / f64::from(SHELLS) * (sum - within.0) / (volume - within.1);
-                    within = (sum, volume);
-                }
-                (-tau).exp()
+                    DVec3::new(
+                        volume * mean(&values, centre, half),
+                        volume * mean(&squares, centre, half),
+                        volume,
+                    )
+                };
+                let shell = |i| {
+                    let within = if i > 1 { of(i - 1) } else { DVec3::ZERO };
+                    let sums = of(i) - within;
+                    let thickness = plan.radius / f64::from(SHELLS);
+                    share_seen(thickness, sums.x / sums.z, sums.y / sums.z)
+                };
+                (1..=SHELLS).map(shell).product()
             }
         }
     };
     positions(cells).map(texel).collect()
+}
+
+/// Share of light that passes a shell of mean extinction `mean` and mean squared extinction `square`: a part of
+/// all directions is as dense as both moments ask for, the rest is free.
+fn share_seen(thickness: f64, mean: f64, square: f64) -> f64 {
+    if mean <= 0.0 {
+        return 1.0;
+    }
+    let square = square.max(mean * mean);
+    1.0 + mean * mean / square * (-square / mean * thickness).exp_m1()
 }
 
 /// Extinction at a voxel's centre, per world unit.
