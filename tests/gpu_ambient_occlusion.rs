@@ -152,13 +152,10 @@ fn a_blob_under_a_sky_is_the_equations() {
             };
             let found = [0.5, 0.25, 0.125].map(at);
             println!("{what}, radius {radius}: {found:.4?}");
-            // Looks are four samples apart, and half a voxel at the last step. The field itself bends there:
-            // wider radii keep looks of two voxels, too far apart for a body of ten.
+            // Looks are four samples apart: two voxels at first, too far for a body of ten with a surface cut
+            // through it, and half a voxel at last, where half floats begin to show.
             assert!(found[0] < 0.1, "{what}, radius {radius}: {found:?}");
-            if radius == 2.0 {
-                let halved = found.windows(2).all(|e| e[1] < 0.5 * e[0]);
-                assert!(halved && found[2] < 6e-3, "{what}: {found:?}");
-            }
+            assert!(found[2] < 6e-3, "{what}, radius {radius}: {found:?}");
         }
     }
 }

@@ -10,7 +10,6 @@ layout(constant_id = 4) const uint SPREAD = 1;
 layout(constant_id = 5) const bool ENVIRONMENT = false;
 layout(constant_id = 6) const bool EMISSION = false;
 layout(constant_id = 7) const bool ALBEDO_VOLUME = false;
-layout(constant_id = 8) const int INTERVAL = 4; // samples between two looks at the occlusion
 
 #include "shared/view.glsl"
 #include "shared/intersect.glsl"
@@ -50,15 +49,6 @@ struct SteppedRay {
     vec3 per_step;
 };
 
-// Share of the environment that reaches a ray at two ends of an interval of samples, between which it is linear.
-struct Interval {
-    float here;
-    float ahead;
-    float per_sample; // one over the samples between
-    int begin;
-    int end;
-};
-
 // Gathered so far along a ray: colours weighted by the light that they scatter and by what they emit.
 struct Path {
     vec3 lit;
@@ -71,7 +61,6 @@ struct Path {
 struct Block {
     float weight[BLOCK];
     vec3 color[BLOCK];
-    bool is_there;
 };
 
 // 1 only where no voxel in the filter's reach is NaN or infinite.
@@ -84,7 +73,6 @@ Block sample_block(SteppedRay grid, int i, int count, float dt, inout Path path)
     Block block;
     float values[MAX_BLOCK];
     block_values(grid.first, grid.per_step, i, BLOCK, last_voxel, values);
-    float begin = path.tau;
     for (int k = 0; k < BLOCK; ++k) {
         vec4 material = table_at(clamp((values[k] - table.x) * table.y, 0.0, table.z - 1.0), table.z);
         float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;
@@ -95,37 +83,24 @@ Block sample_block(SteppedRay grid, int i, int count, float dt, inout Path path)
         block.color[k] = material.rgb;
         path.transmittance = transmittance_after;
     }
-    block.is_there = path.tau > begin;
     return block;
 }
 
-// Brings the interval to sample i; field: the ray in texture coordinates of the occlusion.
-void take_looks(SteppedRay field, int i, int count, bool is_there, inout Interval interval) {
-    int looks = !is_there || i < interval.end ? 0 : i == interval.end ? 1 : 2;
-    int end = min(i + INTERVAL, count);
-    interval.here = looks == 1 ? interval.ahead : interval.here;
-    // A loop, not a branch: software drivers go through branches that no lane takes.
-    for (int n = 2 - looks; n < 2; ++n) {
-        float at = float(n == 0 ? i : end) - 0.5;
-        float seen = textureLod(occlusion, field.first + at * field.per_step, 0.0).r;
-        interval.here = n == 0 ? seen : interval.here;
-        interval.ahead = n == 1 ? seen : interval.ahead;
-    }
-    interval.begin = looks > 0 ? i : interval.begin;
-    interval.end = looks > 0 ? end : interval.end;
-    interval.per_sample = looks > 0 ? 1.0 / float(end - i) : interval.per_sample;
-}
-
-// Adds what a block scatters of the environment's light.
-void gather(Block block, SteppedRay grid, int i, Interval interval, inout Path path) {
+// Adds what a block scatters of the environment's light, of which the share that arrives is looked at where the
+// block begins and ends; field: the ray in texture coordinates of the occlusion.
+void gather(Block block, SteppedRay grid, SteppedRay field, int i, int count, inout Path path) {
+    // Two looks a block cost less than to remember one for the next.
+    int end = min(i + BLOCK, count);
+    float first = textureLod(occlusion, field.first + (float(i) - 0.5) * field.per_step, 0.0).r;
+    float last = textureLod(occlusion, field.first + (float(end) - 0.5) * field.per_step, 0.0).r;
+    float per_sample = 1.0 / float(end - i);
     for (int k = 0; k < BLOCK; ++k) {
-        float between = (float(i + k - interval.begin) + 0.5) * interval.per_sample;
         vec3 albedo = block.color[k];
         if (ALBEDO_VOLUME) {
             vec3 q = grid.first + float(i + k) * grid.per_step;
             albedo = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
         }
-        path.lit += block.weight[k] * mix(interval.here, interval.ahead, between) * albedo;
+        path.lit += block.weight[k] * mix(first, last, (float(k) + 0.5) * per_sample) * albedo;
     }
 }
 
@@ -140,7 +115,6 @@ vec4 march_ray(Ray ray, vec2 t) {
     vec3 scale = occluded.occlusion_scale.xyz;
     SteppedRay field = SteppedRay(p_first * scale, dp * scale);
     Path path = Path(vec3(0.0), vec3(0.0), 0.0, 1.0);
-    Interval interval = Interval(0.0, 0.0, 0.0, -1, -1);
     int i = 0;
     while (i < count && path.tau < tau_end) {
         if (SKIP_EMPTY) {
@@ -153,10 +127,7 @@ vec4 march_ray(Ray ray, vec2 t) {
             if (i >= count) break;
         }
         Block block = sample_block(grid, i, count, dt, path);
-        if (ENVIRONMENT) {
-            take_looks(field, i, count, block.is_there, interval);
-            gather(block, grid, i, interval, path);
-        }
+        if (ENVIRONMENT) gather(block, grid, field, i, count, path);
         if (EMISSION) {
             for (int k = 0; k < BLOCK; ++k) path.emitted += block.weight[k] * block.color[k];
         }

@@ -31,7 +31,7 @@ const fn constant(id: u32, name: &'static str) -> Specialization {
 }
 
 /// Constants of `ambient_occlusion.march`, in the order of their ids.
-pub const CONSTANTS: [Specialization; 9] = [
+pub const CONSTANTS: [Specialization; 8] = [
     constant(0, "SKIP_EMPTY"),
     constant(1, "MASKED"),
     constant(2, "CLIP_BOX"),
@@ -40,7 +40,6 @@ pub const CONSTANTS: [Specialization; 9] = [
     constant(5, "ENVIRONMENT"),
     constant(6, "EMISSION"),
     constant(7, "ALBEDO_VOLUME"),
-    constant(8, "INTERVAL"),
 ];
 
 /// Pixels along the edge of a tile; 64 invocations march one.
@@ -54,19 +53,12 @@ const MAX_TILES: u64 = 32_768;
 const MAX_SAMPLES: u64 = 1 << 28;
 
 /// Samples on a ray: lavapipe silently stops a shader after 65,535 loop rounds, of which a sample takes less
-/// than two with its looks at cells and occlusion.
+/// than two with its looks at cells.
 const MAX_RAY: f64 = 30_000.0;
 
 /// Voxels of an automatic radius: wide enough to tell a hollow from a bulge, and near enough that the light
 /// beyond may be taken for even.
 const AUTO_VOXELS: f64 = 14.0;
-
-/// Looks at the occlusion across a radius: the innermost box hardly changes over less.
-const LOOKS_A_RADIUS: f64 = 6.0;
-
-/// Samples between two looks, at most, and in a row, as in the shader.
-const MAX_INTERVAL: f64 = 32.0;
-const BLOCK: f64 = 4.0;
 
 /// Pure data: everything decided for one scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,7 +114,6 @@ pub fn plan(
         flag(environment),
         flag(scene.medium.emission > 0.0),
         flag(albedo.is_there),
-        interval(scene, params, radius),
     ];
     let constants = CONSTANTS.into_iter().zip(values);
     Ok(AmbientOcclusionPlan {
@@ -153,12 +144,6 @@ pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
         Radius::World(world) => world,
     };
     radius.min(0.5 * size.max_element())
-}
-
-/// Samples between two looks at the occlusion: whole blocks.
-fn interval(scene: &Scene, params: &AmbientOcclusionParams, radius: f64) -> u32 {
-    let samples = radius / LOOKS_A_RADIUS / layout::step_length(scene, params);
-    ((samples / BLOCK).round() * BLOCK).clamp(BLOCK, MAX_INTERVAL) as u32
 }
 
 /// Samples on the longest possible camera ray.
