@@ -355,10 +355,11 @@ fn figures_against_the_mean_over_directions() {
             let average = |f: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(f).sum::<f64>() / count;
             let (found, exact) = (average(&|p| p.0), average(&|p| p.1));
             let rms = average(&|p| (p.0 - p.1).powi(2)).sqrt();
+            let difference = found - exact;
             println!(
-                "{name}, {voxels} voxels: boxes {found:.3}, directions {exact:.3}, difference {:.3}, rms {rms:.3}, {count} cells",
-                found - exact
+                "{name}, {voxels} voxels, {count} cells: boxes {found:.3}, directions {exact:.3}"
             );
+            println!("  difference {difference:.3}, rms {rms:.3}");
         }
         let mut lit = s.clone();
         (lit.image.width, lit.image.height) = (160, 120);
@@ -387,10 +388,8 @@ fn figures_against_the_mean_over_directions() {
                 },
             ))
         };
-        println!(
-            "{name}: mean radiance at {radii:?} voxels {means:.4?}, scattered once {:.4}, any number of times {:.4}",
-            trace(Some(1)),
-            trace(None)
-        );
+        let (once, any) = (trace(Some(1)), trace(None));
+        println!("{name}: mean radiance at {radii:?} voxels {means:.4?}");
+        println!("  scattered once {once:.4}, any number of times {any:.4}");
     }
 }

@@ -1,5 +1,5 @@
-//! Summed-area tables of the medium's extinction and its square: sums over boxes at a cost that does not depend on their
-//! size. Shared by the techniques that look at neighbourhoods.
+//! Summed-area tables of the medium's extinction and its square: sums over boxes at a cost that does not depend
+//! on their size. Shared by the techniques that look at neighbourhoods.
 //!
 //! Stages, formats and reasons: `README.md` in this folder.
 

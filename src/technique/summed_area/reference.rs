@@ -9,8 +9,8 @@ use crate::scene::Scene;
 /// Shells that tell occlusion.
 const SHELLS: u32 = 3;
 
-/// Extinction of every cell of `cell` voxels, per world unit: the mean over its voxels, of which those that are clipped, not
-/// finite or beyond the volume count as 0.
+/// Extinction of every cell of `cell` voxels, per world unit: the mean over its voxels, of which those that are
+/// clipped, not finite or beyond the volume count as 0.
 #[must_use]
 pub fn cell_extinctions(scene: &Scene, cell: UVec3) -> Vec<f64> {
     let volume = scene.volume.grid.dims;
