@@ -113,6 +113,29 @@ const AMBIENT_SCATTERING: [Case; 3] = [
     ),
 ];
 
+const AMBIENT_OCCLUSION: [Case; 2] = [
+    (
+        "cloud",
+        "cloud",
+        &[
+            "technique.name=ambient_occlusion",
+            "volume.procedural.resolution=48",
+            "image.background=[0.0,0.0,0.0]",
+            "image.exposure=2.0",
+        ],
+    ),
+    (
+        "mechanical_part",
+        "mechanical_part",
+        &[
+            "technique.name=ambient_occlusion",
+            "technique.ambient_occlusion.radius=6",
+            "volume.procedural.resolution=64",
+            "image.exposure=3.0",
+        ],
+    ),
+];
+
 const RAY_MARCH: [Case; 7] = [
     ("supernova", "default", &["volume.procedural.resolution=48"]),
     (
@@ -213,6 +236,11 @@ fn single_scatter_images_are_the_blessed_ones() {
 #[test]
 fn ambient_scattering_images_are_the_blessed_ones() {
     assert_blessed("ambient_scattering", &AMBIENT_SCATTERING);
+}
+
+#[test]
+fn ambient_occlusion_images_are_the_blessed_ones() {
+    assert_blessed("ambient_occlusion", &AMBIENT_OCCLUSION);
 }
 
 #[test]

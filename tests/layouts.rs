@@ -7,12 +7,14 @@ use spirq::prelude::*;
 use spirq::ty::DescriptorType;
 use tyndall::gpu::shader::{self, Shader};
 use tyndall::gpu::{BindingKind, Specialization, StageLayout};
+use tyndall::technique::ambient_occlusion::{self, OccludedMarchPush, OccludedUniform};
 use tyndall::technique::ambient_scattering::table::layout as preintegrate;
 use tyndall::technique::ambient_scattering::{self, AmbientMarchPush, AmbientUniform, TubePush};
 use tyndall::technique::medium::{self, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
 use tyndall::technique::single_scatter::{self, CacheLightPush, ScatterMarchPush, ScatterUniform};
+use tyndall::technique::summed_area::{self, AreaUniform, BoxPush, ExtinctionPush, OcclusionPush};
 use tyndall::technique::{LightUniform, ViewUniform};
 
 fn reflect(shader: &Shader) -> EntryPoint {
@@ -32,6 +34,8 @@ fn layouts() -> Vec<StageLayout> {
         path_trace::LAYOUTS,
         ray_march::LAYOUTS,
         single_scatter::LAYOUTS,
+        summed_area::LAYOUTS,
+        ambient_occlusion::LAYOUTS,
     ]
     .concat()
 }
@@ -71,6 +75,10 @@ fn blocks_have_the_offsets_of_their_rust_structs() {
     let (caches, marches) = single_scatter::LAYOUTS.split_at(4);
     for (cache, march) in caches.iter().zip(marches) {
         scatter_blocks(&cache.shader, &march.shader);
+    }
+    area_blocks();
+    for march in ambient_occlusion::LAYOUTS.iter().map(|l| &l.shader) {
+        occluded_blocks(march);
     }
     let push = vec![
         offset_of!(OccupancyPush, table_min),
@@ -262,6 +270,64 @@ fn scatter_blocks(cache: &Shader, march: &Shader) {
     assert_eq!(block(march, None), (push, size_of::<ScatterMarchPush>()));
 }
 
+fn area_blocks() {
+    let uniform = vec![
+        offset_of!(AreaUniform, table),
+        offset_of!(AreaUniform, dims),
+        offset_of!(AreaUniform, cell),
+        offset_of!(AreaUniform, world_from_grid),
+    ];
+    let push = vec![
+        offset_of!(ExtinctionPush, first_slice),
+        offset_of!(ExtinctionPush, slice_count),
+    ];
+    let (extinctions, others) = summed_area::LAYOUTS.split_at(4);
+    for shader in extinctions.iter().map(|l| &l.shader) {
+        let expected = (uniform.clone(), size_of::<AreaUniform>());
+        assert_eq!(block(shader, Some(1)), expected);
+        let expected = (push.clone(), size_of::<ExtinctionPush>());
+        assert_eq!(block(shader, None), expected);
+    }
+    assert_eq!(block(&others[0].shader, None), (vec![0], 4));
+    // The shader names the box's three numbers one by one.
+    let half_box = offset_of!(BoxPush, half_box);
+    let push = vec![
+        half_box,
+        half_box + 4,
+        half_box + 8,
+        offset_of!(BoxPush, depth_a_level),
+        offset_of!(BoxPush, first_slice),
+        offset_of!(BoxPush, slice_count),
+    ];
+    let extinction = &others[1].shader;
+    assert_eq!(
+        block(extinction, None),
+        (push.clone(), size_of::<BoxPush>())
+    );
+    assert_eq!(offset_of!(OcclusionPush, shells), 0);
+    let push = [push, vec![offset_of!(OcclusionPush, square_a_level)]].concat();
+    let occlusion = &others[2].shader;
+    assert_eq!(block(occlusion, None), (push, size_of::<OcclusionPush>()));
+}
+
+fn occluded_blocks(march: &Shader) {
+    let uniform = vec![
+        offset_of!(OccludedUniform, table),
+        offset_of!(OccludedUniform, dims),
+        offset_of!(OccludedUniform, cell_scale),
+        offset_of!(OccludedUniform, occlusion_scale),
+        offset_of!(OccludedUniform, environment),
+    ];
+    let uniform = (uniform, size_of::<OccludedUniform>());
+    assert_eq!(block(march, Some(1)), uniform);
+    let push = vec![
+        offset_of!(OccludedMarchPush, first_tile),
+        offset_of!(OccludedMarchPush, tile_count),
+        offset_of!(OccludedMarchPush, sub_sample),
+    ];
+    assert_eq!(block(march, None), (push, size_of::<OccludedMarchPush>()));
+}
+
 #[test]
 fn every_binding_is_of_the_declared_kind() {
     for layout in layouts() {
@@ -340,6 +406,13 @@ fn scatter_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     layouts.map(move |(i, layout)| (layout.shader, constants(i)))
 }
 
+fn area_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
+    let area = summed_area::LAYOUTS.iter().take(4);
+    let area = area.map(|l| (l.shader, summed_area::CONSTANTS.to_vec()));
+    let occluded = ambient_occlusion::LAYOUTS.iter();
+    area.chain(occluded.map(|l| (l.shader, ambient_occlusion::CONSTANTS.to_vec())))
+}
+
 #[test]
 fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     let constants = |shader: &Shader| -> Vec<(u32, String)> {
@@ -386,6 +459,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     .into_iter()
     .chain(scatter_constants())
     .chain(ambient_constants())
+    .chain(area_constants())
     {
         let given: Vec<_> = given.iter().map(|c| (c.id, c.name.to_owned())).collect();
         assert_eq!(constants(&shader), given, "{}", shader.name);

@@ -26,12 +26,13 @@ fn folders(path: &Path) -> Vec<String> {
 /// Every stage that has a name anywhere in the program.
 fn stages() -> Vec<&'static str> {
     use technique::{
-        ambient_scattering::stage as b, ambient_scattering::table::stage as a, medium::stage as m,
-        path_trace::stage as p, ray_march::stage as r, single_scatter::stage as s,
+        ambient_occlusion::stage as o, ambient_scattering::stage as b,
+        ambient_scattering::table::stage as t, medium::stage as m, path_trace::stage as p,
+        ray_march::stage as r, single_scatter::stage as s, summed_area::stage as a,
     };
     vec![
-        a::PREINTEGRATE,
-        a::PREINTEGRATE_PLAIN,
+        t::PREINTEGRATE,
+        t::PREINTEGRATE_PLAIN,
         b::UPLOAD_TABLES,
         b::RADIANCE_CACHE,
         b::MARCH,
@@ -67,13 +68,26 @@ fn stages() -> Vec<&'static str> {
         s::MARCH_R32F,
         s::UPLOAD_ALBEDO,
         s::READ_BACK,
+        a::EXTINCTION,
+        a::EXTINCTION_R8,
+        a::EXTINCTION_R16,
+        a::EXTINCTION_R32F,
+        a::SCAN,
+        a::AMBIENT_EXTINCTION,
+        a::OCCLUSION,
+        o::MARCH,
+        o::MARCH_R8,
+        o::MARCH_R16,
+        o::MARCH_R32F,
+        o::UPLOAD_ALBEDO,
+        o::READ_BACK,
     ]
 }
 
 #[test]
 fn a_technique_has_one_name_in_every_tree() {
     let mut expected: Vec<_> = technique::NAMES.iter().map(|n| (*n).to_owned()).collect();
-    expected.push("medium".to_owned());
+    expected.extend(["medium".to_owned(), "summed_area".to_owned()]);
     expected.sort();
     assert_eq!(folders(&root().join("src/technique")), expected);
     assert_eq!(folders(&root().join("spirv")), expected);

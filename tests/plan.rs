@@ -10,8 +10,8 @@ use glam::{DVec3, UVec3, Vec3};
 use tyndall::gpu::{Format, Limits};
 use tyndall::scene::transfer_function::Quantity;
 use tyndall::scene::{
-    Light, LightCache, PathTraceParams, Plane, Scene, Shading, SingleScatterParams,
-    TechniqueParams, TransferFunction,
+    AmbientOcclusionParams, Light, LightCache, PathTraceParams, Plane, Radius, Scene, Shading,
+    SingleScatterParams, TechniqueParams, TransferFunction,
 };
 use tyndall::technique::path_trace::leaves;
 use tyndall::technique::{Input, Plan, PlanError, ResourceKind, medium, plan};
@@ -502,4 +502,59 @@ fn single_scatter_says_what_helps_where_depths_do_not_fit() {
             .check(&limits)
             .is_ok()
     );
+}
+
+fn occluded(mut scene: Scene, radius: Radius) -> Result<Plan, PlanError> {
+    scene.technique = TechniqueParams::AmbientOcclusion(AmbientOcclusionParams {
+        radius,
+        ..AmbientOcclusionParams::default()
+    });
+    plan(&scene, &LIMITS)
+}
+
+#[test]
+fn ambient_occlusion_is_made_where_an_environment_shines() {
+    let mut s = sparse();
+    let dark = occluded(s.clone(), Radius::Auto).unwrap();
+    assert!(!has(&dark, "occlusion") && !has(&dark, "sums"));
+    assert!(left_out(&dark, "occlusion").unwrap().contains("emission"));
+    assert!(left_out(&dark, "directional and point lights").is_some());
+    s.lights = vec![Light::Environment {
+        radiance: Vec3::ONE,
+    }];
+    let p = occluded(s.clone(), Radius::Auto).unwrap();
+    assert!(left_out(&p, "occlusion").is_none());
+    assert!(left_out(&p, "directional and point lights").is_none());
+    // 14 voxels: cells of two, a cell more where they do not divide the volume.
+    assert_eq!(extent_of(&p, "occlusion"), Some(UVec3::splat(32)));
+    let narrow = occluded(s.clone(), Radius::Voxels(4.0)).unwrap();
+    assert_eq!(extent_of(&narrow, "occlusion"), Some(UVec3::splat(64)));
+    let wide = occluded(s.clone(), Radius::World(1e6)).unwrap();
+    assert_eq!(extent_of(&wide, "occlusion"), Some(UVec3::splat(11)));
+    let of = |name: &str| p.stages.iter().find(|s| s.name == name).unwrap().depends_on;
+    for name in [
+        "summed_area.extinction",
+        "summed_area.scan",
+        "summed_area.occlusion",
+    ] {
+        let made = of(name);
+        assert!(made.contains(Input::Volume) && made.contains(Input::Clip));
+        assert!(!made.contains(Input::Camera) && !made.contains(Input::Light));
+    }
+    assert!(of("ambient_occlusion.march").contains(Input::Camera));
+    let sums = p.resources.iter().find(|r| r.name == "sums").unwrap();
+    assert_eq!(sums.kind, ResourceKind::Staging);
+}
+
+#[test]
+fn ambient_occlusion_says_what_helps_where_a_ray_has_too_many_samples() {
+    let mut s = sparse();
+    s.technique = TechniqueParams::AmbientOcclusion(AmbientOcclusionParams {
+        step: 1.0 / 64.0,
+        ..AmbientOcclusionParams::default()
+    });
+    assert!(plan(&s, &LIMITS).is_ok());
+    s.volume = Arc::new(volume(cube(300), ScalarType::U8, |i| f64::from(i.x)));
+    let message = plan(&s, &LIMITS).unwrap_err().to_string();
+    assert!(message.contains("raise the step to at least"), "{message}");
 }

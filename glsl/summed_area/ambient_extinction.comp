@@ -17,6 +17,12 @@ layout(push_constant) uniform Push {
     uint slice_count;
 } push;
 
+#define WHOLE uint
+#define SIGNED int
+#define REAL float
+WHOLE sum_at(ivec3 at) {
+    return imageLoad(sums, at).r;
+}
 #include "shared/box_sum.glsl"
 
 void main() {

@@ -1,4 +1,4 @@
-// Mean extinction of a cell of voxels, in whole levels: what the summed-area table sums.
+// Mean extinction of a cell of voxels, in whole levels, and its square: what the summed-area tables sum.
 // Domain: one invocation a cell, slices of cells along z. Dispatched by technique/summed_area/record.rs.
 // Empty, clipped and non-finite voxels count as 0 [Ament2013, Eq. 12].
 #version 460

@@ -8,13 +8,14 @@ layout(constant_id = 2) const bool CLIP_BOX = false;
 layout(constant_id = 3) const bool CLIP_PLANE = false;
 layout(constant_id = 4) const int MEDIUM_CELL = 4; // voxels along the edge of a cell of the medium
 layout(constant_id = 5) const bool SPLIT = false;  // cells are parts of voxels
+layout(constant_id = 6) const bool SQUARES = false; // their squares are summed too
 
 #include "shared/view.glsl"
 
 layout(std140, set = 0, binding = 1) uniform Area {
     vec4 table;              // texture value of the first entry, entries a unit of it, entries; w: levels
                              // a unit of extinction and voxel
-    uvec4 dims;              // voxels along x, y, z; w unused
+    uvec4 dims;              // voxels along x, y, z; w: most levels of a cell
     uvec4 cell;              // voxels of a cell along x, y, z; w unused
     uvec4 split;             // cells of a voxel along x, y, z; w unused
     vec4 world_from_grid[3]; // rows of the affine map to world units about the volume's centre
@@ -22,22 +23,27 @@ layout(std140, set = 0, binding = 1) uniform Area {
 
 layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, r32ui) writeonly uniform uimage3D sums;
+layout(set = 0, binding = 7, r32ui) writeonly uniform uimage3D squares;
 
 layout(push_constant) uniform Push {
     uint first_slice;
     uint slice_count;
 } push;
 
+// World units about the volume's centre of a place in grid coordinates.
+vec3 world_of(vec3 place) {
+    vec4 q = vec4(place, 1.0);
+    return vec3(dot(area.world_from_grid[0], q), dot(area.world_from_grid[1], q), dot(area.world_from_grid[2], q));
+}
+
 // Whether a place counts, given by grid coordinates: it is finite and not clipped away.
 bool is_kept(vec3 place) {
     if (MASKED && textureLod(finite_mask, (place + 0.5) / vec3(area.dims.xyz), 0.0).r < 0.999) return false;
-    if (CLIP_BOX || CLIP_PLANE) {
-        vec4 q = vec4(place, 1.0);
-        vec3 x = vec3(dot(area.world_from_grid[0], q), dot(area.world_from_grid[1], q),
-                      dot(area.world_from_grid[2], q));
-        if (CLIP_BOX && (any(lessThan(x, view.clip_min.xyz)) || any(greaterThan(x, view.clip_max.xyz)))) return false;
-        if (CLIP_PLANE && dot(view.clip_plane.xyz, x) + view.clip_plane.w < 0.0) return false;
+    if (CLIP_BOX) {
+        vec3 x = world_of(place);
+        if (any(lessThan(x, view.clip_min.xyz)) || any(greaterThan(x, view.clip_max.xyz))) return false;
     }
+    if (CLIP_PLANE && dot(view.clip_plane.xyz, world_of(place)) + view.clip_plane.w < 0.0) return false;
     return true;
 }
 
@@ -72,5 +78,8 @@ void main() {
     float sum;
     if (SPLIT) sum = is_kept(middle) ? extinction_of(value_at(middle, vec3(area.dims.xyz) - 1.0)) : 0.0;
     else sum = sum_of(cell);
-    imageStore(sums, cell, uvec4(uint(sum * area.table.w + 0.5)));
+    float level = sum * area.table.w;
+    imageStore(sums, cell, uvec4(uint(level + 0.5)));
+    // In levels of which the densest cell has as many.
+    if (SQUARES) imageStore(squares, cell, uvec4(uint(level * level / float(area.dims.w) + 0.5)));
 }

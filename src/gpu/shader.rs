@@ -26,6 +26,14 @@ macro_rules! shaders {
 }
 
 shaders! {
+    /// The radiance of every pixel, environments dimmed by ambient occlusion.
+    AMBIENT_OCCLUSION_MARCH = "ambient_occlusion" / "march";
+    /// The same, the volume read by loads of 8-bit texels.
+    AMBIENT_OCCLUSION_MARCH_R8 = "ambient_occlusion" / "march_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    AMBIENT_OCCLUSION_MARCH_R16 = "ambient_occlusion" / "march_r16";
+    /// The same, the volume read by loads of float texels.
+    AMBIENT_OCCLUSION_MARCH_R32F = "ambient_occlusion" / "march_r32f";
     /// Light that arrives at every node of a grid.
     AMBIENT_SCATTERING_RADIANCE_CACHE = "ambient_scattering" / "radiance_cache";
     /// The radiance of every pixel by ambient ray casting.

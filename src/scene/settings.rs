@@ -215,6 +215,30 @@ pub enum Radius {
     World(f64),
 }
 
+/// Parameters of `ambient_occlusion`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientOcclusionParams {
+    /// Largest distance between samples, in voxels (of the smallest spacing), in [1/64, 64].
+    pub step: f64,
+    /// Radius within which the medium dims the environment's light; automatic: 14 voxels.
+    pub radius: Radius,
+    /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off.
+    pub early_termination: f64,
+    /// Skip cells that the transfer function makes empty.
+    pub empty_space_skipping: bool,
+}
+
+impl Default for AmbientOcclusionParams {
+    fn default() -> Self {
+        Self {
+            step: 0.5,
+            radius: Radius::Auto,
+            early_termination: 0.98,
+            empty_space_skipping: true,
+        }
+    }
+}
+
 /// How light is dimmed along a tube of `ambient_scattering`.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
@@ -295,6 +319,8 @@ pub enum TechniqueParams {
     PathTrace(PathTraceParams),
     /// Single scattering with shadows.
     SingleScatter(SingleScatterParams),
+    /// Light from all around, dimmed by what is near.
+    AmbientOcclusion(AmbientOcclusionParams),
     /// Multiple scattering near every sample, from a table.
     AmbientScattering(AmbientScatteringParams),
 }
@@ -307,6 +333,7 @@ impl TechniqueParams {
             Self::RayMarch(_) => "ray_march",
             Self::PathTrace(_) => "path_trace",
             Self::SingleScatter(_) => "single_scatter",
+            Self::AmbientOcclusion(_) => "ambient_occlusion",
             Self::AmbientScattering(_) => "ambient_scattering",
         }
     }
@@ -316,7 +343,10 @@ impl TechniqueParams {
     pub const fn uses_lights(&self) -> bool {
         match self {
             Self::RayMarch(p) => p.shading.is_some(),
-            Self::PathTrace(_) | Self::SingleScatter(_) | Self::AmbientScattering(_) => true,
+            Self::PathTrace(_)
+            | Self::SingleScatter(_)
+            | Self::AmbientOcclusion(_)
+            | Self::AmbientScattering(_) => true,
         }
     }
 }

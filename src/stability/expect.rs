@@ -14,6 +14,8 @@ pub enum Model {
     EmissionAbsorption(Option<Shading>),
     /// Light that is scattered once.
     SingleScattering,
+    /// Light of an environment, dimmed by what is near and scattered once.
+    OccludedEnvironment,
     /// Light that is scattered any number of times.
     MultipleScattering,
     /// The same, nearly: light scattered about a sample, and on its way there.
@@ -30,6 +32,7 @@ pub const fn model(technique: &TechniqueParams) -> Model {
             _ => Model::MultipleScattering,
         },
         TechniqueParams::SingleScatter(_) => Model::SingleScattering,
+        TechniqueParams::AmbientOcclusion(_) => Model::OccludedEnvironment,
         TechniqueParams::AmbientScattering(_) => Model::AmbientScattering,
     }
 }
@@ -46,6 +49,11 @@ pub(super) struct Found {
     pub(super) error: f64,
 }
 
+/// Radiance of an environment that shines as much as the extreme's lights, for what only environments light.
+pub(super) fn environment(extreme: &Extreme) -> f64 {
+    extreme.irradiance / PI
+}
+
 /// Largest radiance that a pixel can have.
 pub(super) fn bound(extreme: &Extreme, technique: &TechniqueParams) -> f64 {
     let m = &extreme.scene.medium;
@@ -60,6 +68,7 @@ pub(super) fn bound(extreme: &Extreme, technique: &TechniqueParams) -> f64 {
             extreme.irradiance / PI * (reflected + f64::from(s.ambient) * color)
         }
         Model::SingleScattering => scattered,
+        Model::OccludedEnvironment => m.albedo * color * environment(extreme),
         Model::MultipleScattering | Model::AmbientScattering => LARGEST_FLUENCE * scattered,
     }
 }
@@ -90,6 +99,13 @@ pub(super) fn limit(extreme: &Extreme, technique: &TechniqueParams, found: Found
     let color = f64::from(points.first().map_or(COLOR, |p| p.color).x);
     if model == Model::EmissionAbsorption(None) {
         return limit("slab", color * -(-tau).exp_m1(), 0.0);
+    }
+    if model == Model::OccludedEnvironment {
+        // The radius is at most a few times as deep as the view; half floats end 2^-11 below 1.
+        let undimmed = m.albedo * color * environment(extreme) * -(-tau).exp_m1();
+        return (tau < 2e-3)
+            .then(|| limit("thin", undimmed, 10.0 * tau + 1.0 / 2048.0))
+            .flatten();
     }
     if emits || !extreme.front_lit {
         return None;

@@ -13,12 +13,13 @@ mod scenes;
 
 pub use expect::{Model, model};
 
+use glam::Vec3;
 use serde::Serialize;
 
 use crate::gpu::Device;
 use crate::scene::{
-    AmbientScatteringParams, LightCache, PathTraceParams, RayMarchParams, Scene,
-    SingleScatterParams, TechniqueParams,
+    AmbientOcclusionParams, AmbientScatteringParams, Light, LightCache, PathTraceParams,
+    RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
 };
 use crate::technique::{RenderError, Renderer};
 
@@ -136,6 +137,13 @@ pub fn subjects() -> Vec<Subject> {
             TechniqueParams::AmbientScattering(ambient),
         ),
         subject(
+            "ambient_occlusion",
+            TechniqueParams::AmbientOcclusion(AmbientOcclusionParams {
+                early_termination: 1.0,
+                ..AmbientOcclusionParams::default()
+            }),
+        ),
+        subject(
             "path_trace, once",
             TechniqueParams::PathTrace(PathTraceParams {
                 max_scatter: Some(1),
@@ -157,6 +165,11 @@ pub fn examine(
 ) -> Result<Finding, RenderError> {
     let mut scene = extreme.scene.clone();
     scene.technique = with_step(subject.params, extreme.step);
+    if model(&scene.technique) == Model::OccludedEnvironment {
+        // Nothing else lights it.
+        let radiance = Vec3::splat(expect::environment(extreme) as f32);
+        scene.lights = vec![Light::Environment { radiance }];
+    }
     let mut renderer = Renderer::new(device, scene.clone())?;
     let (image, _) = renderer.render(&mut |_, _, _| {})?;
     let variance = renderer.variance()?;
@@ -196,6 +209,7 @@ fn with_step(mut params: TechniqueParams, step: Option<f64>) -> TechniqueParams 
         match &mut params {
             TechniqueParams::RayMarch(p) => p.step = step,
             TechniqueParams::SingleScatter(p) => (p.step, p.shadow_step) = (step, step),
+            TechniqueParams::AmbientOcclusion(p) => p.step = step,
             TechniqueParams::AmbientScattering(p) => p.step = step,
             TechniqueParams::PathTrace(_) => {}
         }

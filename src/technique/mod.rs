@@ -5,6 +5,7 @@
 //! say where the medium is empty; [`summed_area`] what those share that look at neighbourhoods.
 
 mod albedo_volume;
+pub mod ambient_occlusion;
 pub mod ambient_scattering;
 mod inputs;
 mod knob;

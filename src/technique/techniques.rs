@@ -1,6 +1,7 @@
 //! All techniques in one enum: what the renderer asks of each. A new technique adds an arm to each
 //! function here.
 
+use super::ambient_occlusion::{self, AmbientOcclusion, AmbientOcclusionPlan};
 use super::ambient_scattering::{self, AmbientScattering, AmbientScatteringPlan};
 use super::medium::{Medium, MediumPlan};
 use super::path_trace::{self, PathTrace, PathTracePlan};
@@ -10,14 +11,15 @@ use super::target::Target;
 use super::{Inputs, Knobs, Plan, PlanError};
 use crate::gpu::{Device, GpuError, Limits, StageTime};
 use crate::scene::{
-    AmbientScatteringParams, PathTraceParams, RayMarchParams, Scene, SingleScatterParams,
-    TechniqueParams,
+    AmbientOcclusionParams, AmbientScatteringParams, PathTraceParams, RayMarchParams, Scene,
+    SingleScatterParams, TechniqueParams,
 };
 
 /// Names of all techniques, as in scene files and on the command line.
 pub const NAMES: &[&str] = &[
     ray_march::NAME,
     single_scatter::NAME,
+    ambient_occlusion::NAME,
     ambient_scattering::NAME,
     path_trace::NAME,
 ];
@@ -26,6 +28,7 @@ pub const NAMES: &[&str] = &[
 pub const KNOBS: &[Knobs] = &[
     ray_march::KNOBS,
     single_scatter::KNOBS,
+    ambient_occlusion::KNOBS,
     ambient_scattering::KNOBS,
     path_trace::KNOBS,
 ];
@@ -39,6 +42,8 @@ pub enum TechniquePlan {
     PathTrace(PathTracePlan, PathTraceParams),
     /// Single scattering with shadows.
     SingleScatter(SingleScatterPlan, SingleScatterParams),
+    /// Light from all around, dimmed by what is near.
+    AmbientOcclusion(AmbientOcclusionPlan, AmbientOcclusionParams),
     /// Multiple scattering near every sample, from a table.
     AmbientScattering(Box<AmbientScatteringPlan>, AmbientScatteringParams),
 }
@@ -51,6 +56,8 @@ pub enum Technique {
     PathTrace(Box<PathTrace>, PathTraceParams),
     /// Single scattering with shadows.
     SingleScatter(Box<SingleScatter>, SingleScatterParams),
+    /// Light from all around, dimmed by what is near.
+    AmbientOcclusion(Box<AmbientOcclusion>, AmbientOcclusionParams),
     /// Multiple scattering near every sample, from a table.
     AmbientScattering(Box<AmbientScattering>, AmbientScatteringParams),
 }
@@ -70,6 +77,10 @@ impl TechniquePlan {
             }
             TechniqueParams::SingleScatter(params) => single_scatter::plan(scene, params, limits)
                 .map(|plan| Self::SingleScatter(plan, *params)),
+            TechniqueParams::AmbientOcclusion(params) => {
+                ambient_occlusion::plan(scene, params, limits)
+                    .map(|plan| Self::AmbientOcclusion(plan, *params))
+            }
             TechniqueParams::AmbientScattering(params) => {
                 ambient_scattering::plan(scene, params, limits)
                     .map(|plan| Self::AmbientScattering(Box::new(plan), *params))
@@ -84,6 +95,7 @@ impl TechniquePlan {
             Self::RayMarch(plan, _) => plan.summary(scene),
             Self::PathTrace(plan, _) => plan.summary(scene),
             Self::SingleScatter(plan, _) => plan.summary(scene),
+            Self::AmbientOcclusion(plan, _) => plan.summary(scene),
             Self::AmbientScattering(plan, _) => plan.summary(scene),
         }
     }
@@ -95,6 +107,7 @@ impl TechniquePlan {
             Self::RayMarch(plan, _) => &plan.medium,
             Self::PathTrace(plan, _) => &plan.medium,
             Self::SingleScatter(plan, _) => &plan.medium,
+            Self::AmbientOcclusion(plan, _) => &plan.medium,
             Self::AmbientScattering(plan, _) => &plan.medium,
         }
     }
@@ -106,6 +119,7 @@ impl TechniquePlan {
             Self::RayMarch(plan, _) => plan.march().shader.name,
             Self::PathTrace(plan, _) => plan.trace().shader.name,
             Self::SingleScatter(plan, _) => plan.march().shader.name,
+            Self::AmbientOcclusion(plan, _) => plan.march().shader.name,
             Self::AmbientScattering(plan, _) => plan.march().shader.name,
         }
     }
@@ -117,6 +131,7 @@ impl TechniquePlan {
             Self::RayMarch(..) => ray_march::stage::READ_BACK,
             Self::PathTrace(..) => path_trace::stage::READ_BACK,
             Self::SingleScatter(..) => single_scatter::stage::READ_BACK,
+            Self::AmbientOcclusion(..) => ambient_occlusion::stage::READ_BACK,
             Self::AmbientScattering(..) => ambient_scattering::stage::READ_BACK,
         }
     }
@@ -157,6 +172,14 @@ impl TechniquePlan {
                 SingleScatter::new(device, plan, medium, target, old)
                     .map(|technique| Technique::SingleScatter(Box::new(technique), *params))
             }
+            Self::AmbientOcclusion(plan, params) => {
+                let old = match old {
+                    Some(Technique::AmbientOcclusion(old, _)) => Some(*old),
+                    _ => None,
+                };
+                AmbientOcclusion::new(device, plan, medium, target, old)
+                    .map(|technique| Technique::AmbientOcclusion(Box::new(technique), *params))
+            }
             Self::AmbientScattering(plan, params) => {
                 let old = match old {
                     Some(Technique::AmbientScattering(old, _)) => Some(*old),
@@ -176,6 +199,9 @@ impl Technique {
             Self::RayMarch(technique, params) => technique.write_uniforms(scene, params, medium),
             Self::PathTrace(technique, _) => technique.write_uniforms(scene, medium),
             Self::SingleScatter(technique, params) => {
+                technique.write_uniforms(scene, params, medium);
+            }
+            Self::AmbientOcclusion(technique, params) => {
                 technique.write_uniforms(scene, params, medium);
             }
             // Its uniforms depend on its tables.
@@ -205,6 +231,14 @@ impl Technique {
                 )?);
                 Ok(times)
             }
+            Self::AmbientOcclusion(technique, _) => {
+                let mut times = technique.upload_albedo(device, scene)?;
+                let of = (scene, medium, target);
+                times.extend(ambient_occlusion::record_occlusion(
+                    device, technique, of, changed, progress,
+                )?);
+                Ok(times)
+            }
             Self::AmbientScattering(technique, params) => {
                 let mut times = technique.upload(device, scene)?;
                 technique.write_uniforms(scene, params, medium);
@@ -224,7 +258,10 @@ impl Technique {
     /// The driver's refusal or no memory.
     pub fn variance(&self, device: &Device) -> Result<Option<Vec<[f32; 3]>>, GpuError> {
         match self {
-            Self::RayMarch(..) | Self::SingleScatter(..) | Self::AmbientScattering(..) => Ok(None),
+            Self::RayMarch(..)
+            | Self::SingleScatter(..)
+            | Self::AmbientOcclusion(..)
+            | Self::AmbientScattering(..) => Ok(None),
             Self::PathTrace(technique, _) if technique.samples < 2 => Ok(None),
             Self::PathTrace(technique, _) => technique.variance(device).map(Some),
         }
@@ -234,7 +271,10 @@ impl Technique {
     #[must_use]
     pub const fn samples(&self) -> Option<u32> {
         match self {
-            Self::RayMarch(..) | Self::SingleScatter(..) | Self::AmbientScattering(..) => None,
+            Self::RayMarch(..)
+            | Self::SingleScatter(..)
+            | Self::AmbientOcclusion(..)
+            | Self::AmbientScattering(..) => None,
             Self::PathTrace(technique, _) => Some(technique.samples),
         }
     }
@@ -255,6 +295,9 @@ impl Technique {
             }
             Self::SingleScatter(technique, _) => {
                 single_scatter::record_march(device, technique, progress)
+            }
+            Self::AmbientOcclusion(technique, _) => {
+                ambient_occlusion::record_march(device, technique, progress)
             }
             Self::AmbientScattering(technique, _) => {
                 ambient_scattering::record_march(device, technique, progress)

@@ -156,6 +156,15 @@ fn technique(technique: &TechniqueParams) -> Value {
                 "empty_space_skipping": p.empty_space_skipping,
             }
         }),
+        TechniqueParams::AmbientOcclusion(p) => json!({
+            "name": "ambient_occlusion",
+            "ambient_occlusion": {
+                "step": p.step,
+                "radius": radius(p.radius),
+                "early_termination": p.early_termination,
+                "empty_space_skipping": p.empty_space_skipping,
+            }
+        }),
         TechniqueParams::AmbientScattering(p) => json!({
             "name": "ambient_scattering",
             "ambient_scattering": {

@@ -14,9 +14,10 @@ use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Quantity, automatic, read_file};
 use crate::scene::{
-    AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure, ImageSettings, LatLongMap,
-    Light, Medium, PathTraceParams, Plane, Projection, Radius, RayMarchParams, Scene, Shading,
-    SingleScatterParams, TechniqueParams, TransferFunction, linear_from_srgb,
+    AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure,
+    ImageSettings, LatLongMap, Light, Medium, PathTraceParams, Plane, Projection, Radius,
+    RayMarchParams, Scene, Shading, SingleScatterParams, TechniqueParams, TransferFunction,
+    linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
 use crate::volume::{self, ColorVolume, RawLayout, ReadOptions, Statistics, Volume};
@@ -268,6 +269,9 @@ impl SceneFile {
             Some(TechniqueName::SingleScatter) => {
                 TechniqueParams::SingleScatter(self.single_scatter())
             }
+            Some(TechniqueName::AmbientOcclusion) => {
+                TechniqueParams::AmbientOcclusion(self.ambient_occlusion())
+            }
             Some(TechniqueName::AmbientScattering) => {
                 TechniqueParams::AmbientScattering(self.ambient_scattering())
             }
@@ -281,6 +285,17 @@ impl SceneFile {
             step: s.step.unwrap_or(d.step),
             shadow_step: s.shadow_step.unwrap_or(d.shadow_step),
             cache: s.cache.unwrap_or(d.cache),
+            early_termination: s.early_termination.unwrap_or(d.early_termination),
+            empty_space_skipping: s.empty_space_skipping.unwrap_or(d.empty_space_skipping),
+        }
+    }
+
+    fn ambient_occlusion(&self) -> AmbientOcclusionParams {
+        let s = &self.spec.technique.ambient_occlusion;
+        let d = AmbientOcclusionParams::default();
+        AmbientOcclusionParams {
+            step: s.step.unwrap_or(d.step),
+            radius: s.radius.map_or(d.radius, radius),
             early_termination: s.early_termination.unwrap_or(d.early_termination),
             empty_space_skipping: s.empty_space_skipping.unwrap_or(d.empty_space_skipping),
         }

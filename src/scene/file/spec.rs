@@ -311,6 +311,8 @@ pub struct TechniqueSpec {
     pub path_trace: PathTraceSpec,
     /// Parameters of `single_scatter`.
     pub single_scatter: SingleScatterSpec,
+    /// Parameters of `ambient_occlusion`.
+    pub ambient_occlusion: AmbientOcclusionSpec,
     /// Parameters of `ambient_scattering`.
     pub ambient_scattering: AmbientScatteringSpec,
 }
@@ -323,6 +325,7 @@ pub enum TechniqueName {
     RayMarch,
     PathTrace,
     SingleScatter,
+    AmbientOcclusion,
     AmbientScattering,
 }
 
@@ -374,6 +377,22 @@ pub struct SingleScatterSpec {
     /// two voxels; `none`: a shadow ray for every sample.
     pub cache: Option<LightCache>,
     /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off. Default: 0.999.
+    pub early_termination: Option<f64>,
+    /// Skip cells that the transfer function makes empty. Default: true.
+    pub empty_space_skipping: Option<bool>,
+}
+
+/// Light from all around, dimmed by what is near.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AmbientOcclusionSpec {
+    /// Largest distance between samples in voxels of the smallest spacing, in [1/64, 64]. Default: 0.5.
+    #[schemars(range(min = 0.015625, max = 64))]
+    pub step: Option<f64>,
+    /// Radius within which the medium dims the environment's light: `auto` (default, 14 voxels), voxels, or a
+    /// table `{ world = 2.5 }`; at most half the volume's longest side is looked at.
+    pub radius: Option<RadiusSpec>,
+    /// A ray ends once its opacity reaches this, in (0, 1]; 1 switches it off. Default: 0.98.
     pub early_termination: Option<f64>,
     /// Skip cells that the transfer function makes empty. Default: true.
     pub empty_space_skipping: Option<bool>,

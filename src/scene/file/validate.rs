@@ -28,6 +28,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     image(s)?;
     path_trace(s)?;
     single_scatter(s)?;
+    ambient_occlusion(s)?;
     ambient_scattering(s)?;
     ray_march(s)
 }
@@ -291,6 +292,14 @@ fn single_scatter(s: &SceneSpec) -> Result<(), Problem> {
     let key = |name: &str| format!("technique.single_scatter.{name}");
     within(&key("step"), p.step, 1.0 / 64.0, 64.0)?;
     within(&key("shadow_step"), p.shadow_step, 1.0 / 64.0, 64.0)?;
+    within(&key("early_termination"), p.early_termination, 1e-6, 1.0)
+}
+
+fn ambient_occlusion(s: &SceneSpec) -> Result<(), Problem> {
+    let p = &s.technique.ambient_occlusion;
+    let key = |name: &str| format!("technique.ambient_occlusion.{name}");
+    within(&key("step"), p.step, 1.0 / 64.0, 64.0)?;
+    radius(&key("radius"), p.radius)?;
     within(&key("early_termination"), p.early_termination, 1e-6, 1.0)
 }
 

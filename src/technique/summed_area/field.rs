@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bytemuck::bytes_of;
 use glam::{DVec3, UVec3};
 
-use super::layout::{AMBIENT_EXTINCTION, BoxPush, OCCLUSION};
+use super::layout::{AMBIENT_EXTINCTION, BoxPush, OCCLUSION, OcclusionPush};
 use super::{SummedArea, SummedAreaPlan, record_sums};
 use crate::gpu::{
     Access, ComputePipeline, Device, Format, GpuError, Image, ImageDesc, ImageType,
@@ -28,7 +28,7 @@ pub enum FieldKind {
 /// Boxes within the smallest one that occlusion is told from, itself counted in.
 const SHELLS: f64 = 3.0;
 
-/// Cells whose boxes are summed a submission: each reads up to 64 sums.
+/// Cells whose boxes are summed a submission: each reads up to 384 sums.
 const MAX_CELLS: u64 = 1 << 25;
 
 /// A field of one scene: pure data.
@@ -63,7 +63,8 @@ impl FieldPlan {
             // The inner shells weigh little: half the radius' fineness will do.
             FieldKind::Occlusion => 0.5 * radius,
         };
-        let area = SummedAreaPlan::new(scene, medium, (finest, radius), limits)?;
+        let squares = kind == FieldKind::Occlusion;
+        let area = SummedAreaPlan::new(scene, medium, (finest, radius), squares, limits)?;
         Ok(Self {
             kind,
             radius,
@@ -109,9 +110,9 @@ impl FieldPlan {
         stages
     }
 
-    /// The field's memory, and what the table takes meanwhile.
+    /// The field's memory, and what the tables take meanwhile.
     #[must_use]
-    pub fn resources(&self) -> [ResourcePlan; 2] {
+    pub fn resources(&self) -> Vec<ResourcePlan> {
         let field = ResourcePlan {
             name: self.name(),
             kind: ResourceKind::Auxiliary,
@@ -120,7 +121,9 @@ impl FieldPlan {
             bytes: 2 * self.area.cells.as_u64vec3().element_product(),
             shrink: "raise the radius: the field is coarser then",
         };
-        [field, self.area.resource()]
+        let mut list = vec![field];
+        list.extend(self.area.resources());
+        list
     }
 
     /// Levels to what a texel holds: for occlusion to the optical depth of a shell whose share of the
@@ -136,6 +139,17 @@ impl FieldPlan {
             depth_a_level: (thickness / self.area.levels / volume) as f32,
             first_slice,
             slice_count,
+        }
+    }
+
+    /// The same for the squares of a shell's depth.
+    fn occlusion_push(&self, shells: BoxPush) -> OcclusionPush {
+        let volume = 8.0 * self.half_box.element_product();
+        let thickness = self.radius / SHELLS / self.area.levels;
+        let square = thickness * thickness * f64::from(self.area.largest) / volume;
+        OcclusionPush {
+            shells,
+            square_a_level: square as f32,
         }
     }
 }
@@ -208,10 +222,9 @@ impl Field {
         self.area.write_uniforms(scene, medium);
         let sums = self.area.allocate(device, medium, target)?;
         let mut times = record_sums(device, &self.area, &sums, progress)?;
-        let binding = self.pipeline.bind(vec![
-            Resource::Storage(sums.image.clone()),
-            Resource::Storage(self.image.clone()),
-        ])?;
+        let tables = sums.tables().map(|t| Resource::Storage(t.clone()));
+        let field = Resource::Storage(self.image.clone());
+        let binding = self.pipeline.bind(tables.chain([field]).collect())?;
         let (n, slices) = (self.plan.area.cells, self.plan.slices());
         let name = self.pipeline.name();
         let mut seconds = 0.0;
@@ -230,7 +243,12 @@ impl Field {
             }
             recorder.compute_stage(name, |r| {
                 let domain = UVec3::new(n.x, n.y, slice_count);
-                r.dispatch(&self.pipeline, &binding, bytes_of(&push), domain);
+                let occlusion = self.plan.occlusion_push(push);
+                let push = match self.plan.kind {
+                    FieldKind::AmbientExtinction => bytes_of(&push),
+                    FieldKind::Occlusion => bytes_of(&occlusion),
+                };
+                r.dispatch(&self.pipeline, &binding, push, domain);
             });
             first_slice += slice_count;
             if first_slice == n.z {

@@ -10,7 +10,7 @@ use crate::technique::view::grid_rows;
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 
-const fn bindings(medium: BindingKind) -> [BindingKind; 7] {
+const fn bindings(medium: BindingKind) -> [BindingKind; 8] {
     [
         UniformBuffer,
         UniformBuffer,
@@ -18,6 +18,7 @@ const fn bindings(medium: BindingKind) -> [BindingKind; 7] {
         medium,
         medium,
         SampledImage,
+        StorageImage,
         StorageImage,
     ]
 }
@@ -40,19 +41,19 @@ pub(super) const SCAN: StageLayout = StageLayout {
     push_bytes: 4,
 };
 
-const fn boxes(shader: shader::Shader) -> StageLayout {
-    StageLayout {
-        shader,
-        bindings: &[StorageImage, StorageImage],
-        push_bytes: size_of::<BoxPush>() as u32,
-    }
-}
-
 /// The mean extinction about every cell.
-pub(super) const AMBIENT_EXTINCTION: StageLayout = boxes(shader::SUMMED_AREA_AMBIENT_EXTINCTION);
+pub(super) const AMBIENT_EXTINCTION: StageLayout = StageLayout {
+    shader: shader::SUMMED_AREA_AMBIENT_EXTINCTION,
+    bindings: &[StorageImage, StorageImage],
+    push_bytes: size_of::<BoxPush>() as u32,
+};
 
 /// The occlusion of every cell.
-pub(super) const OCCLUSION: StageLayout = boxes(shader::SUMMED_AREA_OCCLUSION);
+pub(super) const OCCLUSION: StageLayout = StageLayout {
+    shader: shader::SUMMED_AREA_OCCLUSION,
+    bindings: &[StorageImage, StorageImage, StorageImage],
+    push_bytes: size_of::<OcclusionPush>() as u32,
+};
 
 /// The interfaces of the stages, for the layout test: four of the extinction, the scan, two of fields.
 pub const LAYOUTS: &[StageLayout] = &[
@@ -87,15 +88,27 @@ pub struct ExtinctionPush {
     pub slice_count: u32,
 }
 
-/// Push constants of `summed_area.ambient_extinction` and `summed_area.occlusion`.
+/// Push constants of `summed_area.ambient_extinction`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[allow(missing_docs, reason = "documented in glsl/summed_area/occlusion.comp")]
+#[allow(
+    missing_docs,
+    reason = "documented in glsl/summed_area/ambient_extinction.comp"
+)]
 pub struct BoxPush {
     pub half_box: [f32; 3],
     pub depth_a_level: f32,
     pub first_slice: u32,
     pub slice_count: u32,
+}
+
+/// Push constants of `summed_area.occlusion`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[allow(missing_docs, reason = "documented in glsl/summed_area/occlusion.comp")]
+pub struct OcclusionPush {
+    pub shells: BoxPush,
+    pub square_a_level: f32,
 }
 
 /// The `Area` block, std140.
@@ -122,7 +135,7 @@ impl AreaUniform {
         let levels = plan.levels / f64::from(plan.cell.element_product());
         Self {
             table: [table_min, table_scale, entries, levels as f32],
-            dims: medium.plan.dims.extend(0).to_array(),
+            dims: medium.plan.dims.extend(plan.largest).to_array(),
             cell: plan.cell.extend(0).to_array(),
             split: plan.split.extend(0).to_array(),
             world_from_grid: grid_rows(&scene.volume.grid),

@@ -31,13 +31,14 @@ const fn constant(id: u32, name: &'static str) -> Specialization {
 }
 
 /// Constants of `summed_area.extinction`, in the order of their ids.
-pub const CONSTANTS: [Specialization; 6] = [
+pub const CONSTANTS: [Specialization; 7] = [
     constant(0, "SKIP_EMPTY"),
     constant(1, "MASKED"),
     constant(2, "CLIP_BOX"),
     constant(3, "CLIP_PLANE"),
     constant(4, "MEDIUM_CELL"),
     constant(5, "SPLIT"),
+    constant(6, "SQUARES"),
 ];
 
 /// Cells along a radius, at least, where voxels are not coarser: a box is then sharp enough (the README has
@@ -68,6 +69,10 @@ pub struct SummedAreaPlan {
     pub cells: UVec3,
     /// Levels a unit of extinction (per world unit): what a cell holds of its mean extinction.
     pub levels: f64,
+    /// Most levels of a cell, a whole number; of squares too.
+    pub largest: u32,
+    /// Whether squares of extinctions are summed too.
+    pub squares: bool,
     /// Slices of cells a submission.
     pub slices_per_submission: u32,
     /// Constants of `summed_area.extinction`.
@@ -83,7 +88,8 @@ pub fn box_side(radius: f64) -> f64 {
 }
 
 impl SummedAreaPlan {
-    /// Cells for cubes with the volume of spheres of radius `finest` to `widest`, world units.
+    /// Cells for cubes with the volume of spheres of radius `finest` to `widest`, world units; `squares`: whether
+    /// a second table sums squares.
     ///
     /// # Errors
     /// The table would exceed the device's images.
@@ -91,6 +97,7 @@ impl SummedAreaPlan {
         scene: &Scene,
         medium: &MediumPlan,
         (finest, widest): (f64, f64),
+        squares: bool,
         limits: &Limits,
     ) -> Result<Self, PlanError> {
         let spacing = scene.volume.grid.spacing();
@@ -103,7 +110,7 @@ impl SummedAreaPlan {
         let touched = (side + 2.0).min(cells.as_dvec3()).element_product();
         let baked = medium.table.bake(scene);
         let densest = baked.iter().map(|e| f64::from(e[3])).fold(0.0, f64::max);
-        let largest = (MAX_SUM / touched).min(MAX_LEVEL);
+        let largest = (MAX_SUM / touched).min(MAX_LEVEL).floor();
         let per_slice = medium.dims.x as u64 * medium.dims.y as u64 * u64::from(cell.z);
         let slices = (MAX_VOXELS / per_slice.max(1)).clamp(1, u64::from(cells.z));
         let values = [
@@ -113,6 +120,7 @@ impl SummedAreaPlan {
             u32::from(scene.clip.plane.is_some()),
             medium.cells.map_or(1, |c| c.size),
             u32::from(split.max_element() > 1),
+            u32::from(squares),
         ];
         let constants = CONSTANTS.iter().zip(values);
         let plan = Self {
@@ -121,10 +129,12 @@ impl SummedAreaPlan {
             cells,
             // A whole number of levels for the densest voxel: a medium of one opacity is summed exactly.
             levels: if densest > 0.0 {
-                largest.floor() / densest
+                largest / densest
             } else {
                 1.0
             },
+            largest: largest as u32,
+            squares,
             slices_per_submission: u32::try_from(slices).unwrap_or(1),
             constants: constants
                 .map(|(&c, value)| Specialization { value, ..c })
@@ -177,21 +187,28 @@ impl SummedAreaPlan {
                 self.submissions(),
                 self.constants.clone(),
             ),
-            stage(stage::SCAN, 3, Vec::new()),
+            stage(stage::SCAN, 3 * self.tables(), Vec::new()),
         ]
     }
 
-    /// The table's memory, held only while what reads it is made.
+    /// Tables: of extinctions, and of their squares.
+    const fn tables(&self) -> u32 {
+        1 + self.squares as u32
+    }
+
+    /// The tables' memory, held only while what reads them is made.
     #[must_use]
-    pub fn resource(&self) -> ResourcePlan {
-        ResourcePlan {
-            name: "sums",
+    pub fn resources(&self) -> Vec<ResourcePlan> {
+        let names = ["sums", "squares"].into_iter();
+        let table = |name| ResourcePlan {
+            name,
             kind: ResourceKind::Staging,
             extent: self.cells,
             format: Format::R32_UINT,
             bytes: 4 * self.cells.as_u64vec3().element_product(),
             shrink: "raise the radius: wider boxes are summed over coarser cells",
-        }
+        };
+        names.take(self.tables() as usize).map(table).collect()
     }
 
     /// Cells that a box around a point covers to either side along x, y, z, where the box is a cube with

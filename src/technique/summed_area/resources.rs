@@ -1,4 +1,4 @@
-//! Pipelines that stay, and the table itself, which does not.
+//! Pipelines that stay, and the tables themselves, which do not.
 
 use std::sync::Arc;
 
@@ -21,12 +21,19 @@ pub struct SummedArea {
     area: Arc<Buffer>,
 }
 
-/// A table on the device: 32-bit levels, each the sum of all cells up to and with it along x, y and z.
+/// Tables on the device, one texel a cell: 32-bit levels, each the sum of all cells up to and with it along x, y
+/// and z.
 pub struct Sums {
-    /// The table, one texel a cell.
-    pub image: Arc<Image>,
+    /// Of extinctions, then of their squares where the plan wants them; with what scans each.
+    pub(super) scans: Vec<(Arc<Image>, Binding)>,
     pub(super) extinction: Binding,
-    pub(super) scan: Binding,
+}
+
+impl Sums {
+    /// The tables: of extinctions, then of their squares where the plan wants them.
+    pub fn tables(&self) -> impl Iterator<Item = &Arc<Image>> {
+        self.scans.iter().map(|(image, _)| image)
+    }
 }
 
 impl SummedArea {
@@ -71,7 +78,7 @@ impl SummedArea {
         write(&self.area, &AreaUniform::new(scene, &self.plan, medium));
     }
 
-    /// Creates an empty table.
+    /// Creates empty tables.
     ///
     /// # Errors
     /// The driver's refusal or no memory.
@@ -87,25 +94,35 @@ impl SummedArea {
             format: Format::R32_UINT,
             usage: ImageUsageFlags::STORAGE,
         };
-        let image = Arc::new(Image::new(device, "sums", desc)?);
+        let table = |name| Image::new(device, name, desc).map(Arc::new);
+        let mut tables = vec![table("sums")?];
+        if self.plan.squares {
+            tables.push(table("squares")?);
+        }
         let mut recorder = Recorder::new(device)?;
-        // Nothing was there before.
-        recorder.image_barrier(&image, Access::Undefined, Access::ComputeWrite);
+        for image in &tables {
+            // Nothing was there before.
+            recorder.image_barrier(image, Access::Undefined, Access::ComputeWrite);
+        }
         recorder.submit()?;
-        let extinction = self.extinction.bind(vec![
+        let mut list = vec![
             Resource::Uniform(target.view.clone()),
             Resource::Uniform(self.area.clone()),
             medium.volume.clone(),
             medium.transfer_function.clone(),
             medium.cell_distance.clone(),
             medium.mask.clone(),
-            Resource::Storage(image.clone()),
-        ])?;
-        let scan = self.scan.bind(vec![Resource::Storage(image.clone())])?;
+        ];
+        // Without squares the first table takes their place, where the shader then writes nothing.
+        let places = tables.iter().cycle().take(2);
+        list.extend(places.map(|image| Resource::Storage(image.clone())));
+        let scans = tables.into_iter().map(|image| {
+            let binding = self.scan.bind(vec![Resource::Storage(image.clone())])?;
+            Ok((image, binding))
+        });
         Ok(Sums {
-            image,
-            extinction,
-            scan,
+            scans: scans.collect::<Result<_, GpuError>>()?,
+            extinction: self.extinction.bind(list)?,
         })
     }
 }

@@ -1,0 +1,247 @@
+//! What `ambient_occlusion` does for a scene.
+
+use glam::UVec3;
+
+use super::{NAME, layout};
+use crate::gpu::{Limits, Specialization, StageLayout};
+use crate::scene::{AmbientOcclusionParams, Light, Radius, Scene};
+use crate::technique::albedo_volume::AlbedoPlan;
+use crate::technique::medium::MediumPlan;
+use crate::technique::summed_area::{FieldKind, FieldPlan};
+use crate::technique::{Input, Inputs, Omission, Plan, PlanError, StagePlan, lights, target};
+
+/// Stage names of the technique.
+pub mod stage {
+    /// The radiance of every pixel, the volume read through the device's filter.
+    pub const MARCH: &str = "ambient_occlusion.march";
+    /// The same by loads of 8-bit texels.
+    pub const MARCH_R8: &str = "ambient_occlusion.march_r8";
+    /// The same by loads of 16-bit texels.
+    pub const MARCH_R16: &str = "ambient_occlusion.march_r16";
+    /// The same by loads of float texels.
+    pub const MARCH_R32F: &str = "ambient_occlusion.march_r32f";
+    /// Transfer of the albedo volume.
+    pub const UPLOAD_ALBEDO: &str = "ambient_occlusion.upload_albedo";
+    /// Copy of the image to the host.
+    pub const READ_BACK: &str = "ambient_occlusion.read_back";
+}
+
+const fn constant(id: u32, name: &'static str) -> Specialization {
+    Specialization { id, name, value: 0 }
+}
+
+/// Constants of `ambient_occlusion.march`, in the order of their ids.
+pub const CONSTANTS: [Specialization; 8] = [
+    constant(0, "SKIP_EMPTY"),
+    constant(1, "MASKED"),
+    constant(2, "CLIP_BOX"),
+    constant(3, "CLIP_PLANE"),
+    constant(4, "SPREAD"),
+    constant(5, "ENVIRONMENT"),
+    constant(6, "EMISSION"),
+    constant(7, "ALBEDO_VOLUME"),
+];
+
+/// Pixels along the edge of a tile; 64 invocations march one.
+const TILE: u32 = 8;
+
+/// Tiles a dispatch: Vulkan guarantees 65,535 workgroups along x.
+const MAX_TILES: u64 = 32_768;
+
+/// Samples a submission: a desktop GPU that takes 1e9 a second stays responsive, and a software
+/// driver answers every few seconds.
+const MAX_SAMPLES: u64 = 1 << 28;
+
+/// Samples on a ray: lavapipe silently stops a shader after 65,535 loop rounds, of which a sample takes less
+/// than two with its looks at cells.
+const MAX_RAY: f64 = 30_000.0;
+
+/// Voxels of an automatic radius: wide enough to tell a hollow from a bulge, and near enough that the light
+/// beyond may be taken for even.
+const AUTO_VOXELS: f64 = 14.0;
+
+/// Pure data: everything decided for one scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AmbientOcclusionPlan {
+    /// The medium's part.
+    pub medium: MediumPlan,
+    /// The occlusion of every cell; none without environment.
+    pub occlusion: Option<FieldPlan>,
+    /// Constants of `ambient_occlusion.march`.
+    pub constants: Vec<Specialization>,
+    pub(super) albedo: AlbedoPlan,
+    /// Image width and height.
+    pub image: [u32; 2],
+    /// Sub-samples a pixel, one dispatch each.
+    pub sub_samples: u32,
+    /// Tiles of 8 x 8 pixels.
+    pub tiles: u32,
+    /// Tiles a submission, so that none runs long.
+    pub tiles_per_submission: u32,
+    omitted: Vec<Omission>,
+}
+
+/// Plans the technique for a scene.
+///
+/// # Errors
+/// The scene exceeds a limit of the device or the shader.
+pub fn plan(
+    scene: &Scene,
+    params: &AmbientOcclusionParams,
+    limits: &Limits,
+) -> Result<AmbientOcclusionPlan, PlanError> {
+    let image = &scene.image;
+    target::check(image, limits)?;
+    let no_skipping = (!params.empty_space_skipping).then_some("empty_space_skipping is off");
+    let medium = MediumPlan::new(scene, no_skipping, limits)?;
+    let radius = radius(scene, params.radius);
+    let environment = lights::mean_environment(&scene.lights).max_element() > 0.0;
+    let occlusion = environment
+        .then(|| FieldPlan::new(scene, &medium, FieldKind::Occlusion, radius, limits))
+        .transpose()?;
+    let samples = longest_ray(scene, params)?;
+    let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
+    let per_tile = samples * u64::from(TILE * TILE);
+    let per_submission = (MAX_SAMPLES / per_tile.max(1)).clamp(1, MAX_TILES.min(tiles.into()));
+    let albedo = AlbedoPlan::new(scene);
+    let flag = u32::from;
+    let values = [
+        flag(medium.cells.is_some()),
+        flag(medium.masked),
+        flag(scene.clip.bounds.is_some()),
+        flag(scene.clip.plane.is_some()),
+        limits.worker_threads,
+        flag(environment),
+        flag(scene.medium.emission > 0.0),
+        flag(albedo.is_there),
+    ];
+    let constants = CONSTANTS.into_iter().zip(values);
+    Ok(AmbientOcclusionPlan {
+        constants: constants
+            .map(|(constant, value)| Specialization { value, ..constant })
+            .collect(),
+        occlusion,
+        albedo,
+        image: [image.width, image.height],
+        sub_samples: image.samples_per_axis * image.samples_per_axis,
+        tiles,
+        tiles_per_submission: u32::try_from(per_submission).unwrap_or(1),
+        omitted: omitted(scene, &medium, environment),
+        medium,
+    })
+}
+
+/// Radius within which the medium dims the environment's light, world units: 14 voxels where it is automatic,
+/// at most half the volume's longest side.
+#[must_use]
+pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
+    let grid = &scene.volume.grid;
+    let voxel = grid.spacing().min_element();
+    let size = grid.spacing() * grid.dims.as_dvec3();
+    let radius = match wanted {
+        Radius::Auto => AUTO_VOXELS * voxel,
+        Radius::Voxels(voxels) => voxels * voxel,
+        Radius::World(world) => world,
+    };
+    radius.min(0.5 * size.max_element())
+}
+
+/// Samples on the longest possible camera ray.
+fn longest_ray(scene: &Scene, params: &AmbientOcclusionParams) -> Result<u64, PlanError> {
+    let samples = (scene.volume.grid.diagonal() / layout::step_length(scene, params)).ceil();
+    if samples > MAX_RAY {
+        return Err(PlanError::Limit {
+            what: "technique.ambient_occlusion.step".to_owned(),
+            found: format!("{samples} samples on the longest ray"),
+            limit: format!("a ray takes at most {MAX_RAY}"),
+            fix: format!(
+                "raise the step to at least {:.4}",
+                params.step * samples / MAX_RAY
+            ),
+        });
+    }
+    Ok(samples.max(1.0) as u64)
+}
+
+/// What the scene cannot show, and why.
+fn omitted(scene: &Scene, medium: &MediumPlan, environment: bool) -> Vec<Omission> {
+    let mut list = medium.omitted();
+    let mut omit = |what, left_out: bool, why: &str| {
+        if left_out {
+            let why = why.to_owned();
+            list.push(Omission { what, why });
+        }
+    };
+    let none = "the scene has none";
+    omit("clip box", scene.clip.bounds.is_none(), none);
+    omit("clip plane", scene.clip.plane.is_none(), none);
+    omit(
+        "occlusion",
+        !environment,
+        "no environment shines: the image only shows emission",
+    );
+    let is_lamp = |l: &Light| matches!(l, Light::Directional { .. } | Light::Point { .. });
+    omit(
+        "directional and point lights",
+        scene.lights.iter().any(is_lamp),
+        "ambient_occlusion has none: the image lacks their light, path_trace shows it",
+    );
+    let is_map = |l: &Light| matches!(l, Light::EnvironmentMap { .. });
+    omit(
+        "environment maps",
+        scene.lights.iter().any(is_map),
+        "their mean radiance stands for them: path_trace shows them",
+    );
+    omit(
+        "phase function",
+        true,
+        "light is taken to come evenly from all around",
+    );
+    omit("emission", scene.medium.emission <= 0.0, "its factor is 0");
+    let no_colors = scene.medium.albedo_volume.is_none();
+    omit("albedo volume", no_colors, none);
+    list
+}
+
+impl AmbientOcclusionPlan {
+    /// The stage that marches: the one that reads the volume as the medium holds it.
+    #[must_use]
+    pub fn march(&self) -> StageLayout {
+        layout::march_for(&self.medium)
+    }
+
+    /// Submissions of the march for each sub-sample.
+    #[must_use]
+    pub const fn bands(&self) -> u32 {
+        self.tiles.div_ceil(self.tiles_per_submission)
+    }
+
+    /// The plan as shown to the user.
+    #[must_use]
+    pub fn summary(&self, _scene: &Scene) -> Plan {
+        let mut stages = self.medium.stages();
+        stages.extend(self.albedo.stage(stage::UPLOAD_ALBEDO));
+        stages.extend(self.occlusion.iter().flat_map(FieldPlan::stages));
+        let pixels = UVec3::new(self.image[0], self.image[1], 1);
+        let last = |name, dispatches, specialization| StagePlan {
+            name,
+            depends_on: Inputs::of(&Input::ALL),
+            domain: pixels,
+            dispatches,
+            specialization,
+        };
+        let (name, dispatches) = (self.march().shader.name, self.bands() * self.sub_samples);
+        stages.push(last(name, dispatches, self.constants.clone()));
+        stages.push(last(stage::READ_BACK, 1, Vec::new()));
+        let mut resources = self.medium.resources();
+        resources.extend(self.occlusion.iter().flat_map(FieldPlan::resources));
+        resources.push(self.albedo.resource());
+        resources.extend(target::resources(self.image));
+        Plan {
+            technique: NAME,
+            stages,
+            resources,
+            omitted: self.omitted.clone(),
+        }
+    }
+}
