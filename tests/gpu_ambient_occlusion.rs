@@ -332,8 +332,11 @@ fn figures_against_the_mean_over_directions() {
             let radius = voxels * voxel;
             let (plan, texels, _) = probe(&device, &s, FieldKind::Occlusion, radius).unwrap();
             let n = plan.area.cells;
-            let extinctions =
-                tyndall::technique::summed_area::reference::cell_extinctions(&s, plan.area.cell);
+            let extinctions = tyndall::technique::summed_area::reference::cell_extinctions(
+                &s,
+                plan.area.cell,
+                plan.area.split,
+            );
             // Cells where there is medium to light; by how much of it is seen.
             let there: Vec<_> = (0..texels.len())
                 .filter(|i| extinctions[*i] > 0.0)

@@ -321,7 +321,7 @@ fn a_box_is_near_to_a_ball() {
     println!("radius | mean | root mean square | largest, in units of the largest extinction");
     for radius in [2.0, 6.0, 14.0] {
         let (plan, texels, _) = probe(&device, &s, FieldKind::AmbientExtinction, radius).unwrap();
-        let voxels = reference::cell_extinctions(&s, UVec3::ONE);
+        let voxels = reference::cell_extinctions(&s, UVec3::ONE, UVec3::ONE);
         let n = plan.area.cells;
         let stride = (texels.len() / 2000).max(1);
         let mut differences = Vec::new();

@@ -275,6 +275,7 @@ fn area_blocks() {
         offset_of!(AreaUniform, table),
         offset_of!(AreaUniform, dims),
         offset_of!(AreaUniform, cell),
+        offset_of!(AreaUniform, split),
         offset_of!(AreaUniform, world_from_grid),
     ];
     let push = vec![

@@ -9,11 +9,16 @@ use crate::scene::Scene;
 /// Shells that tell occlusion.
 const SHELLS: u32 = 3;
 
-/// Extinction of every cell of `cell` voxels, per world unit: the mean over its voxels, of which those that are
-/// clipped, not finite or beyond the volume count as 0.
+/// Extinction of every cell of `cell` voxels, or of `split` to a voxel, per world unit: the mean over its voxels, of which those that are clipped, not finite
+/// or beyond the volume count as 0; of a part of a voxel that at its middle.
 #[must_use]
-pub fn cell_extinctions(scene: &Scene, cell: UVec3) -> Vec<f64> {
+pub fn cell_extinctions(scene: &Scene, cell: UVec3, split: UVec3) -> Vec<f64> {
     let volume = scene.volume.grid.dims;
+    if split.max_element() > 1 {
+        let middle = |p: UVec3| (p.as_dvec3() + 0.5) / split.as_dvec3() - 0.5;
+        let at = |p: UVec3| extinction(scene, middle(p), scene.volume.sample_index(middle(p)));
+        return positions(volume * split).map(at).collect();
+    }
     let voxels = cell.element_product();
     let of_cell = |at: UVec3| {
         let sum: f64 = positions(cell)
@@ -51,7 +56,7 @@ pub fn box_mean(values: &[f64], cells: UVec3, lo: DVec3, hi: DVec3) -> f64 {
 #[must_use]
 pub fn field(scene: &Scene, plan: &FieldPlan) -> Vec<f64> {
     let cells = plan.area.cells;
-    let values = cell_extinctions(scene, plan.area.cell);
+    let values = cell_extinctions(scene, plan.area.cell, plan.area.split);
     let squares: Vec<_> = values.iter().map(|v| v * v).collect();
     let mean =
         |of: &[f64], centre: DVec3, half: DVec3| box_mean(of, cells, centre - half, centre + half);
@@ -95,15 +100,20 @@ fn share_seen(thickness: f64, mean: f64, square: f64) -> f64 {
 
 /// Extinction at a voxel's centre, per world unit.
 fn voxel(scene: &Scene, p: UVec3) -> f64 {
+    let value = scene.volume.value(scene.volume.grid.linear_index(p));
+    extinction(scene, p.as_dvec3(), value)
+}
+
+/// Extinction at grid coordinates where the volume has a value, per world unit.
+fn extinction(scene: &Scene, q: DVec3, value: f64) -> f64 {
     let (grid, clip, m) = (&scene.volume.grid, &scene.clip, &scene.medium);
-    let x = grid.world_from_index.transform_point3(p.as_dvec3());
+    let x = grid.world_from_index.transform_point3(q);
     let in_box = clip
         .bounds
         .is_none_or(|(lo, hi)| x.cmpge(lo).all() && x.cmple(hi).all());
     let in_front = clip
         .plane
         .is_none_or(|plane| plane.normal.dot(x - plane.point) >= 0.0);
-    let value = scene.volume.value(grid.linear_index(p));
     if in_box && in_front && value.is_finite() {
         m.transfer_function.sigma_t(value) * m.density_scale
     } else {
