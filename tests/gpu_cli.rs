@@ -341,6 +341,73 @@ fn the_other_commands_print_for_people_and_programs() {
 }
 
 #[test]
+fn bench_puts_a_papers_ratios_beside_its_own() {
+    let folder = TempDir::new().unwrap();
+    let paper = ["bench", "--paper", "ament2013"];
+    let one = [
+        "--rows", "buoyancy", "--size", "32x24", "--frames", "1", "--repeat", "1", "--json",
+    ];
+    let report: Value =
+        serde_json::from_str(&done(folder.path(), &[&paper[..], &one].concat())).unwrap();
+    assert_eq!(report["image"], serde_json::json!([32, 24]));
+    assert_eq!(report["rows"].as_array().unwrap().len(), 1);
+    let row = &report["rows"][0];
+    assert_eq!(row["dims"], serde_json::json!([181, 91, 181]));
+    let models = row["models"].as_array().unwrap();
+    let names: Vec<_> = models
+        .iter()
+        .map(|m| m["model"].as_str().unwrap())
+        .collect();
+    assert!(names.contains(&"emission_absorption"), "{names:?}");
+    assert!(names.contains(&"single_scattering"), "{names:?}");
+    let ambient = models
+        .iter()
+        .find(|m| m["model"] == "ambient_scattering")
+        .unwrap();
+    let whats: Vec<_> = ambient["times"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|t| &t["what"])
+        .collect();
+    assert_eq!(whats, ["transfer_function", "phase", "light", "rendering"]);
+    let rendering = &ambient["times"][3];
+    let printed = rendering["over_emission_absorption"]["paper"]
+        .as_f64()
+        .unwrap();
+    assert!((printed - 180.0 / 63.0).abs() < 1e-9, "{printed}");
+    assert!(ambient["bytes"].as_u64().unwrap() > 0);
+    assert!(
+        report["summary"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|s| s["goal"] == 1.5)
+    );
+}
+
+#[test]
+fn bench_refuses_a_scene_beside_a_paper_and_rows_it_does_not_have() {
+    let folder = TempDir::new().unwrap();
+    let paper = ["bench", "--paper", "ament2013"];
+    let with = |more: &[&'static str]| [&paper[..], more].concat();
+    fails(
+        folder.path(),
+        &with(&["--rows", "8"]),
+        2,
+        &["--rows 8", "7 Boundary Layer"],
+    );
+    for more in [
+        ["cloud"].as_slice(),
+        &["--technique", "ray_march"],
+        &["--warmup", "1"],
+    ] {
+        fails(folder.path(), &with(more), 2, &["cannot be used with"]);
+    }
+    fails(folder.path(), &["bench", "--rows", "1"], 2, &["--paper"]);
+}
+
+#[test]
 fn the_published_schema_is_the_programs() {
     let folder = TempDir::new().unwrap();
     let published = fs::read_to_string(format!(

@@ -52,6 +52,24 @@ fn volumes_hold_the_formula_at_voxel_centres() {
 }
 
 #[test]
+fn a_formula_is_stretched_over_a_grid_of_cubes() {
+    let dims = UVec3::new(9, 5, 14);
+    for kind in Procedural::ALL {
+        let volume = kind.volume_of(dims);
+        assert_eq!(volume.grid.dims, dims);
+        assert_eq!(volume.grid.spacing(), DVec3::splat(2.0 / 14.0));
+        let (lo, hi) = volume.grid.world_bounds();
+        assert!((lo + hi).length() < 1e-14, "the box is centred: {lo} {hi}");
+        for i in [UVec3::ZERO, UVec3::new(4, 2, 7), dims - 1] {
+            let p = 2.0 * (i.as_dvec3() + 0.5) / dims.as_dvec3() - 1.0;
+            let found = volume.value(volume.grid.linear_index(i));
+            assert_near(found, kind.evaluate(p), HALF_STEP * 1.001, kind.name());
+        }
+        assert_eq!(kind.volume(7), kind.volume_of(UVec3::splat(7)));
+    }
+}
+
+#[test]
 fn precision_is_kept_where_it_is_the_point() {
     for kind in Procedural::ALL {
         let expected = match kind {

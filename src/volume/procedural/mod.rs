@@ -79,10 +79,20 @@ impl Procedural {
     /// If the voxels do not fit into the address space.
     #[must_use]
     pub fn volume(self, resolution: u32) -> Volume {
-        let n = resolution.max(1);
+        self.volume_of(UVec3::splat(resolution))
+    }
+
+    /// As [`Self::volume`] on a grid of any `dims`: the formula's box is stretched over it, voxel `i` of
+    /// the `n` along an axis being at `2 (i + 1/2) / n - 1`. Voxels are cubes, and the longest side is 2.
+    ///
+    /// # Panics
+    /// If the voxels do not fit into the address space.
+    #[must_use]
+    pub fn volume_of(self, dims: UVec3) -> Volume {
+        let dims = dims.max(UVec3::ONE);
         let (voxels, rescale) = match self {
             Self::MarschnerLobb => {
-                let voxels = Voxels::F32(sample(n, |p| self.evaluate(p) as f32));
+                let voxels = Voxels::F32(sample(dims, |p| self.evaluate(p) as f32));
                 (voxels, Rescale::IDENTITY)
             }
             _ => {
@@ -91,12 +101,12 @@ impl Procedural {
                     slope: 1.0 / U16_MAX,
                     intercept: 0.0,
                 };
-                (Voxels::U16(sample(n, quantised)), rescale)
+                (Voxels::U16(sample(dims, quantised)), rescale)
             }
         };
         Volume {
             name: self.name().to_owned(),
-            grid: Grid::centred(UVec3::splat(n), DVec3::splat(2.0 / f64::from(n))),
+            grid: Grid::centred(dims, DVec3::splat(2.0 / f64::from(dims.max_element()))),
             voxels,
             rescale,
             spatial_unit: None,
@@ -104,23 +114,20 @@ impl Procedural {
     }
 }
 
-/// A value for every voxel of an `n`^3 grid over [-1, 1]^3, in storage order.
-fn sample<T>(n: u32, value: impl Fn(DVec3) -> T + Sync) -> Vec<T>
+/// A value for every voxel of a grid over [-1, 1]^3, in storage order.
+fn sample<T>(dims: UVec3, value: impl Fn(DVec3) -> T + Sync) -> Vec<T>
 where
     T: Copy + Default + Send,
 {
-    let side = n as usize;
-    let count = side.saturating_mul(side).saturating_mul(side);
-    let centre = |i: usize| 2.0 * (i as f64 + 0.5) / f64::from(n) - 1.0;
+    let [nx, ny, nz] = dims.to_array().map(|n| n as usize);
+    let count = nx.saturating_mul(ny).saturating_mul(nz);
+    let centre = |i: usize, n: usize| 2.0 * (i as f64 + 0.5) / n as f64 - 1.0;
     let mut voxels = vec![T::default(); count];
-    voxels
-        .par_chunks_mut(side)
-        .enumerate()
-        .for_each(|(i, row)| {
-            let (y, z) = (centre(i % side), centre(i / side));
-            for (x, voxel) in row.iter_mut().enumerate() {
-                *voxel = value(DVec3::new(centre(x), y, z));
-            }
-        });
+    voxels.par_chunks_mut(nx).enumerate().for_each(|(i, row)| {
+        let (y, z) = (centre(i % ny, ny), centre(i / ny, nz));
+        for (x, voxel) in row.iter_mut().enumerate() {
+            *voxel = value(DVec3::new(centre(x, nx), y, z));
+        }
+    });
     voxels
 }

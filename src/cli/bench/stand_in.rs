@@ -1,0 +1,121 @@
+//! Scenes that stand in for a paper's: a formula on a grid of the data set's size, the paper's settings.
+
+use std::sync::Arc;
+
+use glam::{UVec3, Vec3};
+
+use super::paper::{Model, Row, Spot};
+use crate::scene::file::{Override, SceneError, SceneFile};
+use crate::scene::framing::{self, Direction, Wish};
+use crate::scene::{
+    AmbientScatteringParams, Camera, Clip, Falloff, Light, LightCache, Projection, Radius,
+    RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
+};
+use crate::volume::Statistics;
+
+/// Voxels a step.
+const STEP: f64 = 1.0;
+
+/// Opacity at which a ray ends.
+const EARLY_TERMINATION: f64 = 0.98;
+
+/// Makes a row's scene one of a model.
+pub(super) type Setup = fn(&Row, &mut Scene);
+
+/// The models that are measured, in the order of their turns. A new one is a line here and a function below;
+/// what the paper says of it is in the table already.
+pub(super) const MODELS: &[(Model, Setup)] = &[
+    (Model::EmissionAbsorption, emission_absorption),
+    (Model::SingleScattering, single_scattering),
+    (Model::AmbientScattering, ambient_scattering),
+];
+
+fn emission_absorption(_: &Row, scene: &mut Scene) {
+    scene.technique = TechniqueParams::RayMarch(RayMarchParams {
+        step: STEP,
+        shading: None,
+        early_termination: EARLY_TERMINATION,
+        ..RayMarchParams::default()
+    });
+}
+
+fn single_scattering(_: &Row, scene: &mut Scene) {
+    scene.technique = TechniqueParams::SingleScatter(SingleScatterParams {
+        step: STEP,
+        shadow_step: STEP,
+        cache: LightCache::Half,
+        early_termination: EARLY_TERMINATION,
+        ..SingleScatterParams::default()
+    });
+}
+
+fn ambient_scattering(row: &Row, scene: &mut Scene) {
+    scene.technique = TechniqueParams::AmbientScattering(AmbientScatteringParams {
+        step: STEP,
+        radius: Radius::Voxels(row.radius),
+        cache: LightCache::Half,
+        early_termination: EARLY_TERMINATION,
+        ..AmbientScatteringParams::default()
+    });
+}
+
+/// The scene of a row, its technique still open; `image` are keys of the image.
+///
+/// # Errors
+/// A key of the image is wrong.
+pub(super) fn scene(row: &Row, image: &[String]) -> Result<Scene, SceneError> {
+    let overrides: Vec<_> = image
+        .iter()
+        .map(|text| Override::parse(text))
+        .collect::<Result<_, _>>()?;
+    let file = SceneFile::for_procedural(row.stand_in, &overrides)?;
+    let volume = row.stand_in.volume_of(UVec3::from_array(row.dims));
+    let statistics = Statistics::of(&volume);
+    let mut scene = file.resolve_with(Arc::new(volume), Arc::new(statistics))?;
+    scene.clip = Clip::default();
+    scene.camera = camera(&scene);
+    scene.lights = row.lights.iter().map(|spot| light(*spot, &scene)).collect();
+    scene.medium.phase_g = row.g;
+    Ok(scene)
+}
+
+/// The automatic camera, whatever the formula's own scene says: the box has other sides.
+fn camera(scene: &Scene) -> Camera {
+    let tf = &scene.medium.transfer_function;
+    let outline = framing::visible_outline(&scene.volume, tf, &scene.clip);
+    let direction = Direction::new(scene.volume.grid.space, None, None);
+    let image = &scene.image;
+    let wish = Wish {
+        target: None,
+        up: direction.up,
+        projection: Projection::Perspective {
+            vfov_deg: framing::VFOV_DEG,
+        },
+        direction,
+        aspect: f64::from(image.width) / f64::from(image.height),
+        zoom: 1.0,
+    };
+    framing::frame(&outline, &wish)
+}
+
+fn light(spot: Spot, scene: &Scene) -> Light {
+    let power = Vec3::splat(std::f32::consts::PI);
+    let view = scene.camera.frame();
+    let direction = match spot {
+        Spot::Centre => {
+            return Light::Point {
+                position: scene.volume.grid.centre(),
+                intensity: power,
+                falloff: Falloff::None,
+            };
+        }
+        Spot::Front => view.forward,
+        Spot::Behind => -view.forward,
+        Spot::Left => view.right,
+        Spot::UpperLeft => view.right - view.up + view.forward,
+    };
+    Light::Directional {
+        direction,
+        irradiance: power,
+    }
+}
