@@ -8,8 +8,8 @@ use super::paper::{Model, Row, Spot};
 use crate::scene::file::{Override, SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::{
-    AmbientScatteringParams, Camera, Clip, Falloff, Light, LightCache, Projection, Radius,
-    RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
+    AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, Falloff, Light, LightCache,
+    Projection, Radius, RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
 };
 use crate::volume::Statistics;
 
@@ -26,6 +26,7 @@ pub(super) type Setup = fn(&Row, &mut Scene);
 /// what the paper says of it is in the table already.
 pub(super) const MODELS: &[(Model, Setup)] = &[
     (Model::EmissionAbsorption, emission_absorption),
+    (Model::AmbientOcclusion, ambient_occlusion),
     (Model::SingleScattering, single_scattering),
     (Model::AmbientScattering, ambient_scattering),
 ];
@@ -36,6 +37,19 @@ fn emission_absorption(_: &Row, scene: &mut Scene) {
         shading: None,
         early_termination: EARLY_TERMINATION,
         ..RayMarchParams::default()
+    });
+}
+
+/// Its light is that of an environment, whatever the row's.
+fn ambient_occlusion(row: &Row, scene: &mut Scene) {
+    scene.lights = vec![Light::Environment {
+        radiance: Vec3::ONE,
+    }];
+    scene.technique = TechniqueParams::AmbientOcclusion(AmbientOcclusionParams {
+        step: STEP,
+        radius: Radius::Voxels(row.radius),
+        early_termination: EARLY_TERMINATION,
+        ..AmbientOcclusionParams::default()
     });
 }
 

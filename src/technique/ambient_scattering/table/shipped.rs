@@ -212,9 +212,9 @@ pub fn other_albedos() -> Request {
     albedos.sort_by(|a, b| b.total_cmp(a));
     Request {
         // Errors of one albedo beside another are smaller: both come from the same paths.
-        median_error: 0.025,
-        tail_error: 0.1,
-        batches: [16, 256],
+        median_error: 0.05,
+        tail_error: 0.2,
+        batches: [8, 64],
         ..Request::new(albedos, other_grid())
     }
 }
