@@ -153,9 +153,12 @@ fn a_blob_under_a_sky_is_the_equations() {
             let found = [0.5, 0.25, 0.125].map(at);
             println!("{what}, radius {radius}: {found:.4?}");
             // Looks are four samples apart: two voxels at first, too far for a body of ten with a surface cut
-            // through it, and half a voxel at last, where half floats begin to show.
+            // through it, and half a voxel at last. So few voxels are split into cells, and the cut's edge is as
+            // sharp as those: 0.0063 is left there, of which halving the step takes about three quarters.
             assert!(found[0] < 0.1, "{what}, radius {radius}: {found:?}");
-            assert!(found[2] < 6e-3, "{what}, radius {radius}: {found:?}");
+            assert!(found[2] < 7e-3, "{what}, radius {radius}: {found:?}");
+            let order = found[2] < 0.5 * found[1] || found[2] < 2e-3;
+            assert!(order, "{what}, radius {radius}: {found:?}");
         }
     }
 }

@@ -101,9 +101,15 @@ impl SummedAreaPlan {
         limits: &Limits,
     ) -> Result<Self, PlanError> {
         let spacing = scene.volume.grid.spacing();
-        let most = (finest / CELLS_A_RADIUS / spacing).max(DVec3::ONE);
-        let cell = most.floor().min(medium.dims.as_dvec3()).as_uvec3();
         let split = split(scene, finest);
+        let most = (finest / CELLS_A_RADIUS / spacing).max(DVec3::ONE);
+        let coarse = most.floor().min(medium.dims.as_dvec3()).as_uvec3();
+        // Parts of voxels along one axis do not mix with several along another.
+        let cell = if split == UVec3::ONE {
+            coarse
+        } else {
+            UVec3::ONE
+        };
         let cells = (medium.dims * split + cell - 1) / cell;
         let side = box_side(widest) / (spacing * cell.as_dvec3() / split.as_dvec3());
         // The whole cells that a box touches.
