@@ -55,6 +55,17 @@ pub struct Specialization {
     pub value: u32,
 }
 
+impl Specialization {
+    /// The constants with these values, in the same order.
+    #[must_use]
+    pub fn with_values(constants: &[Self], values: &[u32]) -> Vec<Self> {
+        let pairs = constants.iter().zip(values);
+        pairs
+            .map(|(constant, &value)| Self { value, ..*constant })
+            .collect()
+    }
+}
+
 /// Something to put into a binding.
 #[derive(Clone)]
 pub enum Resource {

@@ -182,8 +182,8 @@ pub fn plan(
         flag(lights > 0),
     ];
     Ok(AmbientScatteringPlan {
-        cache_constants: with_values(&CACHE_CONSTANTS, &values),
-        march_constants: with_values(&MARCH_CONSTANTS, &values),
+        cache_constants: Specialization::with_values(&CACHE_CONSTANTS, &values),
+        march_constants: Specialization::with_values(&MARCH_CONSTANTS, &values),
         tables: Key {
             g: f64::from(scene.medium.phase_g as f32),
             albedo: choice::albedo(scene),
@@ -202,13 +202,6 @@ pub fn plan(
         omitted: omitted(scene, params, &medium, (lights, points, environment)),
         medium,
     })
-}
-
-fn with_values(constants: &[Specialization], values: &[u32]) -> Vec<Specialization> {
-    let pairs = constants.iter().zip(values);
-    pairs
-        .map(|(constant, &value)| Specialization { value, ..*constant })
-        .collect()
 }
 
 /// Samples between two looks at the light: whole blocks.

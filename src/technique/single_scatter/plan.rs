@@ -146,8 +146,8 @@ pub fn plan(
         u32::from(albedo.is_there),
     ];
     Ok(SingleScatterPlan {
-        cache_constants: with_values(&CACHE_CONSTANTS, &values),
-        march_constants: with_values(&MARCH_CONSTANTS, &values),
+        cache_constants: Specialization::with_values(&CACHE_CONSTANTS, &values),
+        march_constants: Specialization::with_values(&MARCH_CONSTANTS, &values),
         cache,
         albedo,
         image: [image.width, image.height],
@@ -158,13 +158,6 @@ pub fn plan(
         omitted: omitted(scene, params, &medium, (lights, points)),
         medium,
     })
-}
-
-fn with_values(constants: &[Specialization], values: &[u32]) -> Vec<Specialization> {
-    let pairs = constants.iter().zip(values);
-    pairs
-        .map(|(constant, &value)| Specialization { value, ..*constant })
-        .collect()
 }
 
 /// Samples on the longest possible camera ray.
