@@ -7,13 +7,17 @@ use std::sync::Arc;
 
 use common::{constant, cube, device, scene, volume};
 use glam::{DVec3, UVec3, Vec3};
-use tyndall::gpu::Device;
+use tyndall::gpu::{Device, DeviceKind};
 use tyndall::scene::transfer_function::Quantity;
 use tyndall::scene::{ControlPoint, Plane, Scene, TransferFunction};
 use tyndall::technique::StagePlan;
 use tyndall::technique::medium::MediumPlan;
-use tyndall::technique::summed_area::{FieldKind, FieldPlan, probe, reference};
+use tyndall::technique::summed_area::{
+    FieldKind, FieldPlan, ScanForm, probe, probe_scan, reference,
+};
 use tyndall::volume::{Grid, Rescale, ScalarType, Statistics, Volume, Voxels};
+
+const FORMS: [ScanForm; 2] = [ScanForm::Serial, ScanForm::Parallel];
 
 const KINDS: [FieldKind; 2] = [FieldKind::AmbientExtinction, FieldKind::Occlusion];
 
@@ -150,6 +154,111 @@ fn differences_of_wrapped_sums_are_exact_at_a_thousand_cells_a_side() {
             "{lo} to {hi} is not a box that is asked for"
         );
         assert_eq!(u64::from(sum), expected, "{lo} to {hi}");
+    }
+}
+
+/// Levels of all 32 bits, so that sums wrap around at once.
+fn levels(cells: UVec3) -> Vec<u32> {
+    let level = |i: u32| (i ^ 0x9e37_79b9).wrapping_mul(0x2c1b_3c6d).rotate_left(13);
+    (0..cells.element_product())
+        .map(|i| level(level(i)))
+        .collect()
+}
+
+/// Running sums along x, y and z.
+fn summed(cells: UVec3, mut levels: Vec<u32>) -> Vec<u32> {
+    for (count, stride) in [
+        (cells.x, 1),
+        (cells.y, cells.x),
+        (cells.z, cells.x * cells.y),
+    ] {
+        for i in 0..levels.len() {
+            if !(i as u32 / stride).is_multiple_of(count) {
+                levels[i] = levels[i].wrapping_add(levels[i - stride as usize]);
+            }
+        }
+    }
+    levels
+}
+
+#[test]
+fn both_forms_sum_lines_of_any_length_to_the_same_bits() {
+    let device = device();
+    for cells in [
+        // One cell; lines of one; whole parts of lines, one cell less and one more, of any subgroup.
+        [1, 1, 1],
+        [1, 1, 131],
+        [1, 131, 1],
+        [523, 1, 1],
+        [64, 64, 64],
+        [63, 65, 31],
+        [33, 8, 129],
+        [129, 63, 7],
+        [15, 3, 65],
+        // Several rounds of the longest parts.
+        [1031, 5, 2],
+        [17, 520, 3],
+        [2, 9, 770],
+    ] {
+        let cells = UVec3::from(cells);
+        let expected = summed(cells, levels(cells));
+        for form in FORMS {
+            let (sums, _) = probe_scan(&device, form, cells, &levels(cells)).unwrap();
+            let first = sums.iter().zip(&expected).position(|(a, b)| a != b);
+            assert!(first.is_none(), "{cells}, {form:?}: texel {first:?}");
+            assert_eq!(sums.len(), expected.len());
+        }
+    }
+    device.check_validation().unwrap();
+    assert_eq!(device.live_allocations(), vec![], "memory left behind");
+}
+
+/// A device whose plans scan over subgroups; lavapipe has them too.
+fn device_with_subgroups() -> Device {
+    let mut device = device();
+    device.prefer_subgroups();
+    device
+}
+
+#[test]
+fn fields_are_the_same_bits_from_either_form() {
+    let (serial, parallel) = (device(), device_with_subgroups());
+    let info = serial.info();
+    assert!(
+        info.kind != DeviceKind::Cpu || !info.limits.prefers_subgroups,
+        "a software driver's lanes are few"
+    );
+    let s = noisy(UVec3::new(71, 34, 50), DVec3::ONE, 0.3);
+    for kind in KINDS {
+        let (_, expected, _) = probe(&serial, &s, kind, 2.0).unwrap();
+        let (plan, texels, times) = probe(&parallel, &s, kind, 2.0).unwrap();
+        assert!(texels == expected, "{kind:?}");
+        let ran: Vec<_> = times.iter().map(|t| t.name.as_str()).collect();
+        let planned: Vec<_> = plan.stages().iter().map(|s| s.name).collect();
+        assert_eq!(ran, planned);
+        assert_eq!(
+            planned[1..3],
+            ["summed_area.scan_subgroup", "summed_area.scan_segments"]
+        );
+    }
+}
+
+#[test]
+#[ignore = "prints the times of the README"]
+fn time_of_both_forms() {
+    let device = Device::open(None, tyndall::gpu::Validation::Off).unwrap();
+    let cells = UVec3::splat(256);
+    let levels = levels(cells);
+    println!("form | stage | ms, the fastest of nine");
+    for form in FORMS {
+        let runs: Vec<_> = (0..9)
+            .map(|_| probe_scan(&device, form, cells, &levels).unwrap().1)
+            .collect();
+        for (i, stage) in runs[0].iter().enumerate() {
+            let seconds = runs.iter().map(|r| r[i].seconds);
+            let fastest = seconds.fold(f64::INFINITY, f64::min);
+            println!("{form:?} | {} | {:.1}", stage.name, 1e3 * fastest);
+        }
     }
 }
 

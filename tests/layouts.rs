@@ -289,7 +289,10 @@ fn area_blocks() {
         let expected = (push.clone(), size_of::<ExtinctionPush>());
         assert_eq!(block(shader, None), expected);
     }
-    assert_eq!(block(&others[0].shader, None), (vec![0], 4));
+    let ([scan, _, scan_segments], others) = others.split_first_chunk().unwrap();
+    for scan in [scan, scan_segments] {
+        assert_eq!(block(&scan.shader, None), (vec![0], 4));
+    }
     // The shader names the box's three numbers one by one.
     let half_box = offset_of!(BoxPush, half_box);
     let push = vec![
@@ -300,14 +303,14 @@ fn area_blocks() {
         offset_of!(BoxPush, first_slice),
         offset_of!(BoxPush, slice_count),
     ];
-    let extinction = &others[1].shader;
+    let extinction = &others[0].shader;
     assert_eq!(
         block(extinction, None),
         (push.clone(), size_of::<BoxPush>())
     );
     assert_eq!(offset_of!(OcclusionPush, shells), 0);
     let push = [push, vec![offset_of!(OcclusionPush, square_a_level)]].concat();
-    let occlusion = &others[2].shader;
+    let occlusion = &others[1].shader;
     assert_eq!(block(occlusion, None), (push, size_of::<OcclusionPush>()));
 }
 

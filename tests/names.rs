@@ -73,6 +73,8 @@ fn stages() -> Vec<&'static str> {
         a::EXTINCTION_R16,
         a::EXTINCTION_R32F,
         a::SCAN,
+        a::SCAN_SUBGROUP,
+        a::SCAN_SEGMENTS,
         a::AMBIENT_EXTINCTION,
         a::OCCLUSION,
         o::MARCH,

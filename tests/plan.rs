@@ -13,7 +13,9 @@ use tyndall::scene::{
     AmbientOcclusionParams, Light, LightCache, PathTraceParams, Plane, Radius, Scene, Shading,
     SingleScatterParams, TechniqueParams, TransferFunction,
 };
+use tyndall::technique::medium::MediumPlan;
 use tyndall::technique::path_trace::leaves;
+use tyndall::technique::summed_area::{FieldKind, FieldPlan, ScanForm};
 use tyndall::technique::{Input, Plan, PlanError, ResourceKind, medium, plan};
 use tyndall::volume::{Grid, ScalarType};
 
@@ -26,6 +28,7 @@ const LIMITS: Limits = Limits {
     heap_bytes: 8 << 30,
     worker_threads: 1,
     prefers_loads: false,
+    prefers_subgroups: true,
     linear_r16_unorm: true,
     linear_r32_sfloat: true,
     linear_rgba32_sfloat: true,
@@ -534,7 +537,8 @@ fn ambient_occlusion_is_made_where_an_environment_shines() {
     let of = |name: &str| p.stages.iter().find(|s| s.name == name).unwrap().depends_on;
     for name in [
         "summed_area.extinction",
-        "summed_area.scan",
+        "summed_area.scan_subgroup",
+        "summed_area.scan_segments",
         "summed_area.occlusion",
     ] {
         let made = of(name);
@@ -544,6 +548,63 @@ fn ambient_occlusion_is_made_where_an_environment_shines() {
     assert!(of("ambient_occlusion.march").contains(Input::Camera));
     let sums = p.resources.iter().find(|r| r.name == "sums").unwrap();
     assert_eq!(sums.kind, ResourceKind::Staging);
+}
+
+/// Name and dispatches of the stages that make running sums of the occlusion of `volume`.
+fn scans(volume: UVec3, limits: &Limits) -> Vec<(&'static str, u32)> {
+    let mut s = sparse();
+    let grid = Grid::centred(volume, DVec3::ONE);
+    s.volume = Arc::new(common::volume(grid, ScalarType::U8, |i| f64::from(i.x)));
+    let medium = MediumPlan::new(&s, None, limits).unwrap();
+    let field = FieldPlan::new(&s, &medium, FieldKind::Occlusion, 2.0, limits).unwrap();
+    let stages = field.stages().into_iter();
+    let scans = stages.filter(|s| s.name.contains(".scan"));
+    scans.map(|s| (s.name, s.dispatches)).collect()
+}
+
+#[test]
+fn running_sums_are_made_in_the_form_that_suits_the_device() {
+    let dims = UVec3::new(40, 20, 30);
+    let parallel = [
+        ("summed_area.scan_subgroup", 2),
+        ("summed_area.scan_segments", 4),
+    ];
+    assert_eq!(scans(dims, &LIMITS), parallel, "a discrete GPU");
+    let lavapipe = Limits {
+        worker_threads: 2,
+        prefers_loads: true,
+        prefers_subgroups: false,
+        ..LIMITS
+    };
+    assert_eq!(scans(dims, &lavapipe), [("summed_area.scan", 6)]);
+    let poor = Limits {
+        prefers_subgroups: false,
+        ..LIMITS
+    };
+    assert_eq!(
+        scans(dims, &poor),
+        [("summed_area.scan", 6)],
+        "a GPU that does not add over subgroups"
+    );
+}
+
+#[test]
+fn a_scan_covers_every_line_along_its_axis() {
+    let cells = UVec3::new(5, 70, 900);
+    for form in [ScanForm::Serial, ScanForm::Parallel] {
+        let axes: Vec<_> = form.stages().iter().flat_map(|(_, axes)| *axes).collect();
+        assert_eq!(axes, [&0, &1, &2]);
+        for axis in 0..3 {
+            let lines = cells.element_product() / cells[axis];
+            let invocations = form.domain(axis, cells).element_product();
+            let a_line = if form == ScanForm::Parallel && axis == 0 {
+                32
+            } else {
+                1
+            };
+            assert_eq!(invocations, a_line * lines, "{form:?}, {axis}");
+        }
+    }
 }
 
 #[test]

@@ -178,6 +178,15 @@ impl Device {
         }
     }
 
+    /// Makes plans use scans over subgroups even where they are slower, for tests that compare both: the
+    /// driver has to have them. Only before the device is shared.
+    #[doc(hidden)]
+    pub fn prefer_subgroups(&mut self) {
+        if let Some(shared) = Arc::get_mut(&mut self.shared) {
+            shared.info.limits.prefers_subgroups = true;
+        }
+    }
+
     /// Writes the pipeline cache to disk; a failure only costs time at the next start.
     pub fn save_pipeline_cache(&self) {
         if let Some(cache) = &self.shared.cache {

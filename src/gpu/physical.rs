@@ -40,6 +40,9 @@ pub struct Limits {
     /// Whether loading texels and filtering in the shader is faster than the device's filter: so on
     /// software drivers, where the formats of volumes can be storage images.
     pub prefers_loads: bool,
+    /// Whether running sums are faster by scans over subgroups than by one invocation a line: so on GPUs
+    /// whose compute shaders can add over a subgroup.
+    pub prefers_subgroups: bool,
     /// Whether 16-bit unsigned normalised images can be filtered linearly.
     pub linear_r16_unorm: bool,
     /// Whether 32-bit float images can be filtered linearly.
@@ -187,7 +190,7 @@ impl Instance {
         let timestamps = families
             .get(queue_family as usize)
             .is_some_and(|f| f.timestamp_valid_bits > 0);
-        let limits = self.limits(raw, &core, maintenance3.max_memory_allocation_size);
+        let limits = self.limits(raw, &core, &v11, maintenance3.max_memory_allocation_size);
         let version = core.api_version;
         let info = DeviceInfo {
             index,
@@ -295,6 +298,7 @@ impl Instance {
         &self,
         raw: vk::PhysicalDevice,
         properties: &vk::PhysicalDeviceProperties,
+        v11: &vk::PhysicalDeviceVulkan11Properties<'_>,
         max_allocation: u64,
     ) -> Limits {
         let core = &properties.limits;
@@ -337,11 +341,21 @@ impl Instance {
                 ]
                 .into_iter()
                 .all(storage),
+            prefers_subgroups: !cpu && adds_over_subgroups(v11),
             linear_r16_unorm: linear(vk::Format::R16_UNORM),
             linear_r32_sfloat: linear(vk::Format::R32_SFLOAT),
             linear_rgba32_sfloat: linear(vk::Format::R32G32B32A32_SFLOAT),
         }
     }
+}
+
+/// Whether compute shaders have `subgroupInclusiveAdd`.
+fn adds_over_subgroups(v11: &vk::PhysicalDeviceVulkan11Properties<'_>) -> bool {
+    v11.subgroup_supported_stages
+        .contains(vk::ShaderStageFlags::COMPUTE)
+        && v11
+            .subgroup_supported_operations
+            .contains(vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::ARITHMETIC)
 }
 
 /// A family with compute, graphics too if possible (those have timestamps everywhere).
@@ -363,5 +377,27 @@ fn kind(device_type: vk::PhysicalDeviceType) -> DeviceKind {
         vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
         vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
         _ => DeviceKind::Other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_over_subgroups_need_arithmetic_in_compute_shaders() {
+        let (stages, operations) = (
+            vk::ShaderStageFlags::COMPUTE,
+            vk::SubgroupFeatureFlags::BASIC,
+        );
+        let with = vk::PhysicalDeviceVulkan11Properties::default()
+            .subgroup_supported_stages(stages)
+            .subgroup_supported_operations(operations | vk::SubgroupFeatureFlags::ARITHMETIC);
+        assert!(adds_over_subgroups(&with));
+        assert!(!adds_over_subgroups(
+            &with.subgroup_supported_operations(operations)
+        ));
+        let elsewhere = with.subgroup_supported_stages(vk::ShaderStageFlags::FRAGMENT);
+        assert!(!adds_over_subgroups(&elsewhere));
     }
 }

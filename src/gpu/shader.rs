@@ -94,8 +94,12 @@ shaders! {
     SUMMED_AREA_EXTINCTION_R16 = "summed_area" / "extinction_r16";
     /// The same, the volume read by loads of float texels.
     SUMMED_AREA_EXTINCTION_R32F = "summed_area" / "extinction_r32f";
-    /// Running sums along one axis.
+    /// Running sums along one axis, one invocation a line.
     SUMMED_AREA_SCAN = "summed_area" / "scan";
+    /// Running sums along x by scans over subgroups.
+    SUMMED_AREA_SCAN_SUBGROUP = "summed_area" / "scan_subgroup";
+    /// Running sums along y or z, lines in segments.
+    SUMMED_AREA_SCAN_SEGMENTS = "summed_area" / "scan_segments";
     /// Mean extinction of the box about every cell.
     SUMMED_AREA_AMBIENT_EXTINCTION = "summed_area" / "ambient_extinction";
     /// Occlusion of every cell by the boxes about it.

@@ -99,7 +99,7 @@ impl FieldPlan {
     /// The stages in order: the table's, then the field's.
     #[must_use]
     pub fn stages(&self) -> Vec<StagePlan> {
-        let mut stages = self.area.stages().to_vec();
+        let mut stages = self.area.stages();
         stages.push(StagePlan {
             name: self.layout().shader.name,
             depends_on: SummedAreaPlan::DEPENDS_ON,

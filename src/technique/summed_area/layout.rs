@@ -34,9 +34,23 @@ const fn extinction(shader: shader::Shader, bindings: &'static [BindingKind]) ->
     }
 }
 
-/// The running sums.
+/// The running sums, one invocation a line.
 pub(super) const SCAN: StageLayout = StageLayout {
     shader: shader::SUMMED_AREA_SCAN,
+    bindings: &[StorageImage],
+    push_bytes: 4,
+};
+
+/// The running sums along x, a subgroup a line.
+pub(super) const SCAN_SUBGROUP: StageLayout = StageLayout {
+    shader: shader::SUMMED_AREA_SCAN_SUBGROUP,
+    bindings: &[StorageImage],
+    push_bytes: 0,
+};
+
+/// The running sums along y or z, lines in segments.
+pub(super) const SCAN_SEGMENTS: StageLayout = StageLayout {
+    shader: shader::SUMMED_AREA_SCAN_SEGMENTS,
     bindings: &[StorageImage],
     push_bytes: 4,
 };
@@ -55,13 +69,15 @@ pub(super) const OCCLUSION: StageLayout = StageLayout {
     push_bytes: size_of::<OcclusionPush>() as u32,
 };
 
-/// The interfaces of the stages, for the layout test: four of the extinction, the scan, two of fields.
+/// The interfaces of the stages, for the layout test: four of the extinction, three of scans, two of fields.
 pub const LAYOUTS: &[StageLayout] = &[
     extinction(shader::SUMMED_AREA_EXTINCTION, FILTERED),
     extinction(shader::SUMMED_AREA_EXTINCTION_R8, LOADED),
     extinction(shader::SUMMED_AREA_EXTINCTION_R16, LOADED),
     extinction(shader::SUMMED_AREA_EXTINCTION_R32F, LOADED),
     SCAN,
+    SCAN_SUBGROUP,
+    SCAN_SEGMENTS,
     AMBIENT_EXTINCTION,
     OCCLUSION,
 ];

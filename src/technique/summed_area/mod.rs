@@ -10,11 +10,14 @@ mod probe;
 mod record;
 pub mod reference;
 mod resources;
+mod scan;
+mod scan_form;
 
 pub use field::{Field, FieldKind, FieldPlan};
 pub use layout::{AreaUniform, BoxPush, ExtinctionPush, LAYOUTS, OcclusionPush};
 pub use plan::{CONSTANTS, SummedAreaPlan, box_side, stage};
 #[doc(hidden)]
-pub use probe::probe;
+pub use probe::{probe, probe_scan};
 pub use record::record_sums;
 pub use resources::{SummedArea, Sums};
+pub use scan_form::ScanForm;

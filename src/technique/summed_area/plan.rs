@@ -2,7 +2,7 @@
 
 use glam::{DVec3, UVec3};
 
-use super::layout;
+use super::{ScanForm, layout};
 use crate::gpu::{Format, Limits, Specialization, StageLayout};
 use crate::scene::Scene;
 use crate::technique::medium::MediumPlan;
@@ -18,8 +18,12 @@ pub mod stage {
     pub const EXTINCTION_R16: &str = "summed_area.extinction_r16";
     /// The same by loads of float texels.
     pub const EXTINCTION_R32F: &str = "summed_area.extinction_r32f";
-    /// Running sums along x, y and z.
+    /// Running sums along x, y and z, one invocation a line.
     pub const SCAN: &str = "summed_area.scan";
+    /// Running sums along x, a subgroup a line.
+    pub const SCAN_SUBGROUP: &str = "summed_area.scan_subgroup";
+    /// Running sums along y and z, several invocations a line.
+    pub const SCAN_SEGMENTS: &str = "summed_area.scan_segments";
     /// Mean extinction of a box about every cell.
     pub const AMBIENT_EXTINCTION: &str = "summed_area.ambient_extinction";
     /// Occlusion by three boxes about every cell.
@@ -75,6 +79,8 @@ pub struct SummedAreaPlan {
     pub squares: bool,
     /// Slices of cells a submission.
     pub slices_per_submission: u32,
+    /// How running sums are made: what is fastest on the device.
+    pub scan: ScanForm,
     /// Constants of `summed_area.extinction`.
     pub constants: Vec<Specialization>,
     // Which of the extinction stages reads the volume as the medium holds it.
@@ -145,6 +151,7 @@ impl SummedAreaPlan {
             constants: constants
                 .map(|(&c, value)| Specialization { value, ..c })
                 .collect(),
+            scan: ScanForm::new(limits),
             reading: layout::reading(medium),
         };
         if plan.cells.max_element() > limits.max_image_3d {
@@ -179,7 +186,7 @@ impl SummedAreaPlan {
 
     /// The stages in order.
     #[must_use]
-    pub fn stages(&self) -> [StagePlan; 2] {
+    pub fn stages(&self) -> Vec<StagePlan> {
         let stage = |name, dispatches, specialization| StagePlan {
             name,
             depends_on: Self::DEPENDS_ON,
@@ -187,14 +194,18 @@ impl SummedAreaPlan {
             dispatches,
             specialization,
         };
-        [
-            stage(
-                self.extinction().shader.name,
-                self.submissions(),
-                self.constants.clone(),
-            ),
-            stage(stage::SCAN, 3 * self.tables(), Vec::new()),
-        ]
+        let mut stages = vec![stage(
+            self.extinction().shader.name,
+            self.submissions(),
+            self.constants.clone(),
+        )];
+        stages.extend(
+            self.scan
+                .stages()
+                .iter()
+                .map(|(name, axes)| stage(*name, axes.len() as u32 * self.tables(), Vec::new())),
+        );
+        stages
     }
 
     /// Tables: of extinctions, and of their squares.

@@ -1,10 +1,15 @@
-//! A field's texels on the host, for tests: no technique reads them there.
+//! Texels of fields and tables on the host, for tests: no technique reads them there.
+
+use std::sync::Arc;
 
 use exr::prelude::f16;
+use glam::UVec3;
 
-use super::{Field, FieldKind, FieldPlan};
+use super::scan::Scan;
+use super::{Field, FieldKind, FieldPlan, ScanForm};
 use crate::gpu::{
-    Access, Buffer, BufferUse, Device, GpuError, Recorder, StageTime, download_image,
+    Access, Buffer, BufferUse, Device, Format, GpuError, Image, ImageDesc, ImageType,
+    ImageUsageFlags, Recorder, StageTime, download_image, upload_image,
 };
 use crate::scene::Scene;
 use crate::technique::RenderError;
@@ -49,6 +54,48 @@ pub fn probe(
             .collect()
     });
     Ok((plan, texels, times))
+}
+
+/// `levels` of `cells` texels (x fastest) after one form has summed them along x, y and z, and the times of its
+/// stages.
+///
+/// # Errors
+/// The driver's refusal, no memory, or a validation message.
+#[doc(hidden)]
+pub fn probe_scan(
+    device: &Device,
+    form: ScanForm,
+    cells: UVec3,
+    levels: &[u32],
+) -> Result<(Vec<u32>, Vec<StageTime>), GpuError> {
+    let desc = ImageDesc {
+        image_type: ImageType::TYPE_3D,
+        extent: cells,
+        format: Format::R32_UINT,
+        usage: ImageUsageFlags::STORAGE
+            | ImageUsageFlags::TRANSFER_SRC
+            | ImageUsageFlags::TRANSFER_DST,
+    };
+    let image = Arc::new(Image::new(device, "sums", desc)?);
+    let (slice, stage) = ((cells.x * cells.y) as usize, "summed_area.probe");
+    let fill = |first: u32, _: u32, bytes: &mut [u8]| {
+        let levels = levels.iter().skip(first as usize * slice);
+        for (texel, level) in bytes.chunks_exact_mut(4).zip(levels) {
+            texel.copy_from_slice(&level.to_ne_bytes());
+        }
+    };
+    let ready = Access::ComputeWrite;
+    upload_image(device, &image, stage, 4, ready, fill, &mut |_, _| {})?;
+    let scan = Scan::new(device, form)?;
+    let tables = [scan.bind(image.clone())?];
+    let mut recorder = Recorder::new(device)?;
+    scan.record(&mut recorder, &tables, cells);
+    let times = recorder.submit()?;
+    let bytes = 4 * cells.as_u64vec3().element_product();
+    let read_back = Buffer::new(device, "sums_read_back", bytes, BufferUse::Readback)?;
+    download_image(device, &image, &read_back, stage)?;
+    let sums = read_back.with_bytes(|bytes| bytemuck::pod_collect_to_vec(&*bytes));
+    Ok((sums, times))
 }
 
 fn uploaded(device: &Device, scene: &Scene, plan: &MediumPlan) -> Result<Medium, GpuError> {

@@ -3,8 +3,8 @@
 use bytemuck::bytes_of;
 use glam::UVec3;
 
-use super::{ExtinctionPush, SummedArea, Sums, stage};
-use crate::gpu::{Access, Binding, Device, GpuError, Image, Recorder, StageTime};
+use super::{ExtinctionPush, SummedArea, Sums};
+use crate::gpu::{Device, GpuError, Recorder, StageTime};
 
 /// Fills the tables; `progress(done, total)` counts submissions.
 ///
@@ -36,11 +36,7 @@ pub fn record_sums(
         progress(u64::from(index) + 1, u64::from(total));
     }
     let mut recorder = Recorder::new(device)?;
-    recorder.compute_stage(stage::SCAN, |r| {
-        for (image, binding) in &sums.scans {
-            record_scans(r, area, image, binding);
-        }
-    });
+    area.scan.record(&mut recorder, &sums.tables, plan.cells);
     let mut times = vec![StageTime {
         name: name.to_owned(),
         seconds,
@@ -48,28 +44,4 @@ pub fn record_sums(
     times.extend(recorder.submit()?);
     progress(u64::from(total), u64::from(total));
     Ok(times)
-}
-
-/// One dispatch an axis, in place; lanes lie along x where lines do not.
-fn record_scans<'a>(
-    r: &mut Recorder<'a>,
-    area: &'a SummedArea,
-    image: &'a Image,
-    binding: &'a Binding,
-) {
-    let n = area.plan.cells;
-    // RAW and WAW: the lines along x add up what the extinction stage wrote.
-    r.image_barrier(image, Access::ComputeWrite, Access::ComputeReadWrite);
-    let lines = UVec3::new(n.y, n.z, 1);
-    r.dispatch(&area.scan, binding, bytes_of(&0u32), lines);
-    // RAW and WAW: the lines along y add up what those along x wrote.
-    r.image_barrier(image, Access::ComputeReadWrite, Access::ComputeReadWrite);
-    let lines = UVec3::new(n.x, n.z, 1);
-    r.dispatch(&area.scan, binding, bytes_of(&1u32), lines);
-    // RAW and WAW: likewise for z.
-    r.image_barrier(image, Access::ComputeReadWrite, Access::ComputeReadWrite);
-    let lines = UVec3::new(n.x, n.y, 1);
-    r.dispatch(&area.scan, binding, bytes_of(&2u32), lines);
-    // RAW: what reads boxes finds the finished table.
-    r.image_barrier(image, Access::ComputeReadWrite, Access::ComputeRead);
 }

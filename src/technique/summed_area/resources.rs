@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::layout::SCAN;
+use super::scan::{Scan, Table};
 use super::{AreaUniform, SummedAreaPlan};
 use crate::gpu::{
     Access, Binding, Buffer, BufferUse, ComputePipeline, Device, Format, GpuError, Image,
@@ -17,22 +17,22 @@ pub struct SummedArea {
     /// What it was made from.
     pub plan: SummedAreaPlan,
     pub(super) extinction: ComputePipeline,
-    pub(super) scan: ComputePipeline,
+    pub(super) scan: Scan,
     area: Arc<Buffer>,
 }
 
 /// Tables on the device, one texel a cell: 32-bit levels, each the sum of all cells up to and with it along x, y
 /// and z.
 pub struct Sums {
-    /// Of extinctions, then of their squares where the plan wants them; with what scans each.
-    pub(super) scans: Vec<(Arc<Image>, Binding)>,
+    /// Of extinctions, then of their squares where the plan wants them.
+    pub(super) tables: Vec<Table>,
     pub(super) extinction: Binding,
 }
 
 impl Sums {
     /// The tables: of extinctions, then of their squares where the plan wants them.
     pub fn tables(&self) -> impl Iterator<Item = &Arc<Image>> {
-        self.scans.iter().map(|(image, _)| image)
+        self.tables.iter().map(|table| &table.image)
     }
 }
 
@@ -46,25 +46,24 @@ impl SummedArea {
         plan: &SummedAreaPlan,
         old: Option<Self>,
     ) -> Result<Self, GpuError> {
-        let (mut extinction, mut kept) = (None, None);
+        let (mut extinction, mut scan, mut area) = (None, None, None);
         if let Some(old) = old {
             let same = old.plan.constants == plan.constants
                 && old.plan.extinction().shader.name == plan.extinction().shader.name;
             extinction = same.then_some(old.extinction);
-            kept = Some((old.scan, old.area));
+            scan = (old.scan.form == plan.scan).then_some(old.scan);
+            area = Some(old.area);
         }
         let extinction = extinction.map_or_else(
             || ComputePipeline::new(device, plan.extinction(), &plan.constants),
             Ok,
         )?;
-        let (scan, area) = match kept {
-            Some(kept) => kept,
-            None => {
-                let bytes = size_of::<AreaUniform>() as u64;
-                let area = Buffer::new(device, "area", bytes, BufferUse::Uniform)?;
-                (ComputePipeline::new(device, SCAN, &[])?, Arc::new(area))
-            }
+        let scan = scan.map_or_else(|| Scan::new(device, plan.scan), Ok)?;
+        let uniform = || {
+            let bytes = size_of::<AreaUniform>() as u64;
+            Buffer::new(device, "area", bytes, BufferUse::Uniform).map(Arc::new)
         };
+        let area = area.map_or_else(uniform, Ok)?;
         Ok(Self {
             plan: plan.clone(),
             extinction,
@@ -116,12 +115,9 @@ impl SummedArea {
         // Without squares the first table takes their place, where the shader then writes nothing.
         let places = tables.iter().cycle().take(2);
         list.extend(places.map(|image| Resource::Storage(image.clone())));
-        let scans = tables.into_iter().map(|image| {
-            let binding = self.scan.bind(vec![Resource::Storage(image.clone())])?;
-            Ok((image, binding))
-        });
+        let tables = tables.into_iter().map(|image| self.scan.bind(image));
         Ok(Sums {
-            scans: scans.collect::<Result<_, GpuError>>()?,
+            tables: tables.collect::<Result<_, GpuError>>()?,
             extinction: self.extinction.bind(list)?,
         })
     }
