@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use tyndall::gpu::Device;
 use tyndall::output::Image;
 use tyndall::scene::{
-    AmbientScatteringParams, Falloff, Gather, Light, LightCache, Plane, Projection, Radius, Scene,
-    SingleScatterParams, TechniqueParams, Tube,
+    AmbientScatteringParams, Falloff, Gather, Light, Plane, Projection, RadianceCache, Radius,
+    Scene, SingleScatterParams, TechniqueParams, Tube,
 };
 use tyndall::technique::Renderer;
 use tyndall::technique::ambient_scattering::reference::Reference;
@@ -117,7 +117,7 @@ fn images_are_those_of_the_equations() {
             let own = AmbientScatteringParams {
                 tube,
                 gather,
-                cache: LightCache::None,
+                cache: RadianceCache::None,
                 step: 0.25,
                 ..params()
             };
@@ -140,12 +140,55 @@ fn what_is_kept_of_light_hardly_matters() {
             &with_params(&s, AmbientScatteringParams { cache, ..params() }),
         )
     };
-    let direct = of(LightCache::None);
-    for (cache, limit) in [(LightCache::Full, 0.01), (LightCache::Half, 0.03)] {
+    let direct = of(RadianceCache::None);
+    for (cache, limit) in [(RadianceCache::Full, 0.01), (RadianceCache::Half, 0.03)] {
         // The nodes of this small volume are less than a voxel apart in either.
         let distance = apart(&of(cache), &direct);
         assert!(distance < limit, "{cache:?}: {distance}");
     }
+}
+
+/// The blob, seen by enough rays for the cache's nodes to look for them.
+fn wide(projection: Projection) -> Scene {
+    let mut s = blob(6.0, 0.3);
+    (s.image.width, s.image.height) = (256, 256);
+    s.camera.projection = projection;
+    let radius = Radius::Voxels(7.0);
+    with_params(&s, AmbientScatteringParams { radius, ..params() })
+}
+
+fn stages(device: &Device, s: &Scene) -> Vec<&'static str> {
+    let renderer = Renderer::new(device, s.clone()).unwrap();
+    renderer.plan().stages.iter().map(|s| s.name).collect()
+}
+
+#[test]
+fn nodes_see_for_rays_what_rays_would_see() {
+    const GATHER: &str = "ambient_scattering.gather";
+    let device = device();
+    for projection in [
+        Projection::Orthographic { height: 24.0 },
+        Projection::Perspective { vfov_deg: 40.0 },
+    ] {
+        let s = wide(projection);
+        let cache = RadianceCache::None;
+        let TechniqueParams::AmbientScattering(own) = s.technique else {
+            unreachable!("not ambient_scattering");
+        };
+        let rays = with_params(&s, AmbientScatteringParams { cache, ..own });
+        assert!(stages(&device, &s).contains(&GATHER));
+        assert!(!stages(&device, &rays).contains(&GATHER));
+        let distance = apart(&render(&device, &s), &render(&device, &rays));
+        println!("{projection:?}: {distance:.4}");
+        // Between nodes light goes straight instead of as it fades.
+        assert!(distance < 5e-3, "{projection:?}: {distance}");
+    }
+    // Few rays, or nodes too far apart for the radius, look themselves.
+    let mut few = wide(Projection::Orthographic { height: 24.0 });
+    (few.image.width, few.image.height) = (48, 48);
+    assert!(!stages(&device, &few).contains(&GATHER));
+    let narrow = with_params(&wide(few.camera.projection), params());
+    assert!(!stages(&device, &narrow).contains(&GATHER));
 }
 
 #[test]

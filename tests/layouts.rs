@@ -9,7 +9,9 @@ use tyndall::gpu::shader::{self, Shader};
 use tyndall::gpu::{BindingKind, Specialization, StageLayout};
 use tyndall::technique::ambient_occlusion::{self, OccludedMarchPush, OccludedUniform};
 use tyndall::technique::ambient_scattering::table::layout as preintegrate;
-use tyndall::technique::ambient_scattering::{self, AmbientMarchPush, AmbientUniform, TubePush};
+use tyndall::technique::ambient_scattering::{
+    self, AmbientMarchPush, AmbientUniform, GatherPush, TubePush,
+};
 use tyndall::technique::medium::{self, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
@@ -165,6 +167,12 @@ fn ambient_blocks(shader: &Shader) {
             offset_of!(TubePush, slice_count),
         ];
         (push, size_of::<TubePush>())
+    } else if shader.name == ambient_scattering::stage::GATHER {
+        let push = vec![
+            offset_of!(GatherPush, first_slice),
+            offset_of!(GatherPush, slice_count),
+        ];
+        (push, size_of::<GatherPush>())
     } else {
         let push = vec![
             offset_of!(AmbientMarchPush, first_tile),
@@ -394,8 +402,9 @@ fn every_shader_has_a_layout_and_fits_the_smallest_limits() {
 
 fn ambient_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     let constants = |i| match i {
-        0 => ambient_scattering::CACHE_CONSTANTS.to_vec(),
-        _ => ambient_scattering::MARCH_CONSTANTS.to_vec(),
+        0..4 => ambient_scattering::MARCH_CONSTANTS.to_vec(),
+        4 => ambient_scattering::CACHE_CONSTANTS.to_vec(),
+        _ => ambient_scattering::GATHER_CONSTANTS.to_vec(),
     };
     let layouts = ambient_scattering::LAYOUTS.iter().enumerate();
     layouts.map(move |(i, layout)| (layout.shader, constants(i)))

@@ -35,6 +35,7 @@ fn stages() -> Vec<&'static str> {
         t::PREINTEGRATE_PLAIN,
         b::UPLOAD_TABLES,
         b::RADIANCE_CACHE,
+        b::GATHER,
         b::MARCH,
         b::MARCH_R8,
         b::MARCH_R16,

@@ -19,12 +19,16 @@ layout(constant_id = 13) const bool SPECULAR = false;
 layout(constant_id = 14) const bool ENVIRONMENT = false;
 layout(constant_id = 15) const int INTERVAL = 4; // samples between two looks at the light
 layout(constant_id = 16) const bool HAS_LIGHTS = false;
+layout(constant_id = 17) const uint APART = 0;
+layout(constant_id = 18) const bool GATHERED = false; // looks are those that the cache's nodes have taken
 
 const int BLOCK = 4;
 const float INV_4_PI = 0.0795774715;
 const float INV_PI = 0.318309886;
+const bool AT_NODES = false;
 
 #define AMBIENT_BINDING 5
+#define LOOK_BINDING 10
 #include "ambient_scattering/tube.glsl"
 #include "shared/empty_space.glsl"
 #include "shared/phase.glsl"
@@ -38,7 +42,9 @@ vec4 table;
 vec3 last_voxel; // largest grid coordinates
 
 #include "ambient_scattering/look.glsl"
+#include "ambient_scattering/cache.glsl"
 #include "ambient_scattering/block.glsl"
+#include "ambient_scattering/interval.glsl"
 #include "ambient_scattering/highlight.glsl"
 
 layout(push_constant) uniform Push {
@@ -46,78 +52,6 @@ layout(push_constant) uniform Push {
     uint tile_count;
     uint sub_sample;
 } push;
-
-// The looks that a ray has taken: light at two ends of an interval of samples.
-struct Interval {
-    vec3 here[LOOKS];
-    vec3 ahead[LOOKS];
-    int begin;
-    int end;
-};
-
-// Brings the interval to sample i.
-void take_looks(ViewRay ray, int i, bool lit, inout Interval interval) {
-    int looks = !lit || i < interval.end ? 0 : i == interval.end ? 1 : 2;
-    for (uint l = 0; l < LOOKS; ++l) interval.here[l] = looks == 1 ? interval.ahead[l] : interval.here[l];
-    // A loop, not a branch: software drivers go through branches that no lane takes.
-    for (int n = 2 - looks; n < 2; ++n) {
-        float at = float(i + n * INTERVAL) - 0.5;
-        vec3 seen[LOOKS];
-        look(ray.x_first + at * ray.dt * ray.direction, ray.grid.first + at * ray.grid.per_step, ray.direction, seen);
-        for (uint l = 0; l < LOOKS; ++l) {
-            interval.here[l] = n == 0 ? seen[l] : interval.here[l];
-            interval.ahead[l] = n == 1 ? seen[l] : interval.ahead[l];
-        }
-    }
-    interval.begin = looks > 0 ? i : interval.begin;
-    interval.end = looks > 0 ? i + INTERVAL : interval.end;
-}
-
-// Radiance that a block gathers where light goes from `first` to `last` over an interval of which the block begins
-// at a share of `at`. Light fades in a medium: it goes exponentially, and with the block's own transmittance is
-// integrated so; its hue goes straight.
-vec3 between(Block block, float at, vec3 first, vec3 last) {
-    const float STEEPEST = 4.0;
-    float here = first.r + first.g + first.b, ahead = last.r + last.g + last.b;
-    float most = max(max(here, ahead), 1e-30);
-    // A steeper change is that at a shadow's edge.
-    float low = most * exp(-STEEPEST);
-    float rise = log(max(ahead, low) / max(here, low));
-    vec3 hue = first / max(here, 1e-30), hue_ahead = last / max(ahead, 1e-30);
-    hue = here > 0.0 ? hue : hue_ahead;
-    hue_ahead = ahead > 0.0 ? hue_ahead : hue;
-    float share = 1.0 / float(INTERVAL);
-    float before = exp(at * rise - block.tau[0]);
-    vec3 sum = vec3(0.0);
-    for (int k = 0; k < BLOCK; ++k) {
-        float middle = at + (float(k) + 0.5) * share;
-        float after = exp((at + float(k + 1) * share) * rise - block.tau[k + 1]);
-        float weight = block.dtau[k] * mean_between(before, after, block.dtau[k] - share * rise);
-        // Light as printed is that of the sample's place.
-        if (LITERAL_GATHER) weight = block.literal[k] * exp(middle * rise);
-        sum += weight * block.albedo[k] * mix(hue, hue_ahead, middle);
-        before = after;
-    }
-    return max(here, low) * sum;
-}
-
-// Radiance that a block gathers from all lights, each weakened by its distance over the block.
-vec3 gathered(Block block, ViewRay ray, int i, Interval interval) {
-    vec3 first = interval.here[LIGHT_COUNT], last = interval.ahead[LIGHT_COUNT];
-    float length_block = float(BLOCK) * ray.dt;
-    vec3 middle = ray.x_first + (float(i) + 0.5 * float(BLOCK - 1)) * ray.dt * ray.direction;
-    for (uint l = 0; l < LIGHT_COUNT; ++l) {
-        float falloff = 1.0;
-        if (POINT_LIGHTS) {
-            Light light = lights[l];
-            bool weakens = light.place.w > 0.0 && light.irradiance.w > 0.0;
-            falloff = weakens ? mean_falloff(light.place.xyz, middle, ray.direction, length_block) : 1.0;
-        }
-        first += falloff * interval.here[l];
-        last += falloff * interval.ahead[l];
-    }
-    return ambient.table.w * between(block, float(i - interval.begin) / float(INTERVAL), first, last);
-}
 
 vec4 march_ray(Ray camera, vec2 t) {
     int count = steps_along(t.y - t.x, ambient.dims.w);
@@ -128,7 +62,7 @@ vec4 march_ray(Ray camera, vec2 t) {
     vec3 sum = vec3(0.0);
     Depths depths = Depths(0.0, 0.0);
     Interval interval;
-    interval.begin = interval.end = -1;
+    interval.end = -1;
     int i = 0;
     while (i < count && depths.from < tau_end) {
         if (SKIP_EMPTY) {
@@ -156,8 +90,9 @@ vec4 march_ray(Ray camera, vec2 t) {
 void main() {
     table = ambient.table;
     last_voxel = ambient.dims.xyz - 1.0;
-    load_tube();
+    load_ambient();
     load_look();
+    load_cache();
     // Tiles are dealt out to SPREAD streams, so that drivers which give each thread one contiguous
     // run of workgroups still share the picture's busy middle evenly.
     uint streams = (push.tile_count + SPREAD - 1) / SPREAD;

@@ -59,6 +59,13 @@ Ray camera_ray(uvec2 pixel, uint sub) {
     return ray_at(rays, vec2(pixel) + (vec2(sub % n, sub / n) + 0.5) / float(n));
 }
 
+// Direction of the view's ray through x.
+vec3 direction_to(vec3 x) {
+    vec3 from_eye = x - view.pivot.xyz + view.forward.w * view.forward.xyz;
+    bool parallel = dot(view.ray_up.xyz, view.ray_up.xyz) == 0.0;
+    return parallel ? view.forward.xyz : from_eye / max(length(from_eye), 1e-30);
+}
+
 vec3 texture_point(vec3 x) {
     vec4 h = vec4(x, 1.0);
     return vec3(dot(view.texture_from_world[0], h), dot(view.texture_from_world[1], h),

@@ -34,6 +34,8 @@ shaders! {
     AMBIENT_OCCLUSION_MARCH_R16 = "ambient_occlusion" / "march_r16";
     /// The same, the volume read by loads of float texels.
     AMBIENT_OCCLUSION_MARCH_R32F = "ambient_occlusion" / "march_r32f";
+    /// What the radiance cache's nodes scatter towards the viewer.
+    AMBIENT_SCATTERING_GATHER = "ambient_scattering" / "gather";
     /// Light that arrives at every node of a grid.
     AMBIENT_SCATTERING_RADIANCE_CACHE = "ambient_scattering" / "radiance_cache";
     /// The radiance of every pixel by ambient ray casting.

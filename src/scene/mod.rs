@@ -19,8 +19,8 @@ pub use light::{Falloff, Light, world_from_map};
 pub use medium::Medium;
 pub use settings::{
     AmbientOcclusionParams, AmbientScatteringParams, Exposure, Gather, ImageSettings, LightCache,
-    PathTraceParams, Radius, RayMarchParams, Shading, SingleScatterParams, TechniqueParams,
-    ToneMap, Tube,
+    PathTraceParams, RadianceCache, Radius, RayMarchParams, Shading, SingleScatterParams,
+    TechniqueParams, ToneMap, Tube,
 };
 pub use transfer_function::{ControlPoint, TransferFunction};
 

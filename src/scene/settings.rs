@@ -254,6 +254,23 @@ pub enum Tube {
     Literal,
 }
 
+/// How densely `ambient_scattering` keeps the light that arrives.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum RadianceCache {
+    /// As `Half`, or as the mean extinction where the radius makes that coarser: nodes between know nothing more.
+    #[default]
+    Auto,
+    /// A node every two voxels.
+    Half,
+    /// A node a voxel.
+    Full,
+    /// None: a tube for every look at the light.
+    None,
+}
+
 /// How `ambient_scattering` gathers light along a camera ray.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
@@ -280,7 +297,7 @@ pub struct AmbientScatteringParams {
     /// How light is gathered along a camera ray.
     pub gather: Gather,
     /// How densely the light that arrives is kept.
-    pub cache: LightCache,
+    pub cache: RadianceCache,
     /// Factor of highlights where the gradient mirrors a light, >= 0; 0: none are looked for.
     pub specular: f32,
     /// Blinn-Phong exponent of the highlights, in [1, 1000].
@@ -300,7 +317,7 @@ impl Default for AmbientScatteringParams {
             radius: Radius::Auto,
             tube: Tube::Slab,
             gather: Gather::Split,
-            cache: LightCache::Half,
+            cache: RadianceCache::Auto,
             specular: 0.0,
             shininess: 20.0,
             occlusion_radius: Radius::Auto,

@@ -39,6 +39,20 @@ pub(super) fn count(scene: &Scene, technique: &str) -> Result<(u32, bool), PlanE
     Ok((count, scene.lights.iter().any(is_point)))
 }
 
+/// Whether any light weakens with distance.
+pub(super) fn weaken(scene: &Scene) -> bool {
+    let weakens = |l: &Light| {
+        matches!(
+            l,
+            Light::Point {
+                falloff: Falloff::InverseSquare,
+                ..
+            }
+        )
+    };
+    scene.lights.iter().any(weakens)
+}
+
 /// Sum of the constant environments' radiance.
 pub(super) fn environment(lights: &[Light]) -> Vec3 {
     let radiance = |l: &Light| match l {

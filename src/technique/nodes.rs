@@ -7,9 +7,9 @@ use crate::scene::Scene;
 /// Nodes span this many voxels at least, where a clip box keeps less.
 const THINNEST: f64 = 4e-3;
 
-/// Intervals along the longest side, at least: light also bends at the volume's edges, whatever the
-/// voxels.
-const MIN_INTERVALS: f64 = 63.0;
+/// Intervals along the longest side, at least, where nothing wider than a voxel decides how light bends: it also
+/// does at the volume's edges, whatever the voxels.
+pub(super) const MIN_INTERVALS: f64 = 63.0;
 
 /// Where nodes are: from face to face, the outermost on the faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,15 +23,16 @@ pub struct Nodes {
 }
 
 impl Nodes {
-    /// One node every so many voxels, or closer.
+    /// One node every so many voxels along x, y, z, or closer: at least
+    /// `min_intervals` intervals along the longest side.
     #[must_use]
-    pub fn new(scene: &Scene, voxels: f64) -> Self {
+    pub fn new(scene: &Scene, voxels: DVec3, min_intervals: f64) -> Self {
         let (low, high) = kept(scene);
         let size = high - low;
         let world = size * scene.volume.grid.spacing();
-        let widest = world.max_element() / MIN_INTERVALS / scene.volume.grid.spacing();
+        let widest = world.max_element() / min_intervals / scene.volume.grid.spacing();
         // Rounding does not add an interval to a whole number of them.
-        let intervals = (size / widest.min(DVec3::splat(voxels)) - 1e-6).ceil();
+        let intervals = (size / widest.min(voxels) - 1e-6).ceil();
         let count = intervals.max(DVec3::ONE).as_uvec3() + 1;
         Self {
             count,

@@ -67,7 +67,6 @@ fn ambient_scattering(row: &Row, scene: &mut Scene) {
     scene.technique = TechniqueParams::AmbientScattering(AmbientScatteringParams {
         step: STEP,
         radius: Radius::Voxels(row.radius),
-        cache: LightCache::Half,
         early_termination: EARLY_TERMINATION,
         ..AmbientScatteringParams::default()
     });

@@ -7,7 +7,7 @@ use super::stand_in::MODELS;
 use crate::cli::CliError;
 use crate::gpu::{Device, StageTime};
 use crate::scene::{Light, Scene};
-use crate::technique::{Input, Inputs, Plan, Renderer, ResourceKind, Spread, TechniquePlan};
+use crate::technique::{Input, Inputs, Plan, Renderer, ResourceKind, Spread};
 
 /// How often.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,8 @@ struct Turn {
     renderer: Renderer,
     start: Scene,
     /// Stages of the image; all others are of caches.
-    image_stages: [&'static str; 2],
+    // Those that another camera runs again.
+    image_stages: Vec<&'static str>,
     seconds: [Vec<f64>; 4],
 }
 
@@ -85,12 +86,14 @@ pub(super) fn measure(
 impl Turn {
     /// Renders once, uncounted: drivers compile at the first frame.
     fn new(device: &Device, model: Model, scene: Scene) -> Result<Self, CliError> {
-        let plan = TechniquePlan::new(&scene, &device.info().limits)?;
+        let renderer = Renderer::new(device, scene.clone())?;
+        let stages = renderer.plan().stages.iter();
+        let of_image = stages.filter(|s| s.depends_on.contains(Input::Camera));
         let mut turn = Self {
             model,
-            renderer: Renderer::new(device, scene.clone())?,
+            image_stages: of_image.map(|s| s.name).collect(),
+            renderer,
             start: scene,
-            image_stages: [plan.image_stage(), plan.read_back_stage()],
             seconds: Default::default(),
         };
         turn.render()?;

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::Rgb;
 use crate::scene::transfer_function::Preset;
-use crate::scene::{Falloff, Gather, LightCache, ToneMap, Tube};
+use crate::scene::{Falloff, Gather, LightCache, RadianceCache, ToneMap, Tube};
 use crate::volume::ScalarType;
 use crate::volume::procedural::Procedural;
 
@@ -412,9 +412,9 @@ pub struct AmbientScatteringSpec {
     pub tube: Option<Tube>,
     /// How light is gathered along a camera ray: `split` (default), or `literal`, the paper's.
     pub gather: Option<Gather>,
-    /// How densely the light that arrives is kept: `full`, a node a voxel; `half` (default), one every
-    /// two voxels; `none`: a tube for every look.
-    pub cache: Option<LightCache>,
+    /// How densely the light that arrives is kept: `full`, a node a voxel; `half`, one every two voxels;
+    /// `auto` (default), that or coarser where the radius is wide; `none`: a tube for every look.
+    pub cache: Option<RadianceCache>,
     /// Factor of highlights where the gradient mirrors a light, >= 0. Default: 0.
     pub specular: Option<f32>,
     /// Exponent of the highlights, in [1, 1000]. Default: 20.

@@ -22,7 +22,7 @@ pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
     let size = grid.spacing() * grid.dims.as_dvec3();
     match wanted {
         Radius::Auto => {
-            let free = 1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE);
+            let free = free_path(scene);
             let largest = LARGEST_SHARE * size.element_product().cbrt();
             // A coarse grid does not make the medium coarse.
             free.min(largest).max(voxel.min(largest))
@@ -43,6 +43,12 @@ pub fn occlusion_radius(scene: &Scene, wanted: Radius) -> f64 {
 
 fn limited(radius: f64, size: DVec3) -> f64 {
     radius.min(0.5 * size.max_element())
+}
+
+/// Mean free path in what is seen, world units; largest where nothing is.
+#[must_use]
+pub(super) fn free_path(scene: &Scene) -> f64 {
+    1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE)
 }
 
 /// Extinction of what is seen, per world unit: the mean over voxels, each weighted by its opacity.

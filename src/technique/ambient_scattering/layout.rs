@@ -17,7 +17,7 @@ use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 /// over the half sphere, whose mean cosine is a half.
 pub(super) const SPREAD_COSINE: f64 = 0.5;
 
-const fn march_bindings(medium: BindingKind) -> [BindingKind; 13] {
+const fn march_bindings(medium: BindingKind) -> [BindingKind; 14] {
     [
         UniformBuffer,
         UniformBuffer,
@@ -26,6 +26,7 @@ const fn march_bindings(medium: BindingKind) -> [BindingKind; 13] {
         medium,
         SampledImage,
         StorageImage,
+        SampledImage,
         SampledImage,
         SampledImage,
         SampledImage,
@@ -59,22 +60,38 @@ pub(super) const RADIANCE_CACHE: StageLayout = StageLayout {
     push_bytes: size_of::<TubePush>() as u32,
 };
 
-/// The interfaces of the technique's stages, for the layout test: the cache, then four of the march.
+/// The stage in which the cache's nodes look.
+pub(super) const GATHER: StageLayout = StageLayout {
+    shader: shader::AMBIENT_SCATTERING_GATHER,
+    bindings: &[
+        UniformBuffer,
+        UniformBuffer,
+        SampledImage,
+        SampledImage,
+        SampledImage,
+        SampledImage,
+        StorageImage,
+    ],
+    push_bytes: size_of::<GatherPush>() as u32,
+};
+
+/// The interfaces of the technique's stages, for the layout test: four of the march, then the cache and its nodes' looks.
 pub const LAYOUTS: &[StageLayout] = &[
-    RADIANCE_CACHE,
     march(shader::AMBIENT_SCATTERING_MARCH, FILTERED),
     march(shader::AMBIENT_SCATTERING_MARCH_R8, LOADED),
     march(shader::AMBIENT_SCATTERING_MARCH_R16, LOADED),
     march(shader::AMBIENT_SCATTERING_MARCH_R32F, LOADED),
+    RADIANCE_CACHE,
+    GATHER,
 ];
 
 /// The march that suits a medium.
 pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
     let index = match (medium.loaded, medium.encoding.format) {
-        (false, _) => 1,
-        (true, Format::R8_UNORM) => 2,
-        (true, Format::R16_UNORM) => 3,
-        (true, _) => 4,
+        (false, _) => 0,
+        (true, Format::R8_UNORM) => 1,
+        (true, Format::R16_UNORM) => 2,
+        (true, _) => 3,
     };
     LAYOUTS[index]
 }
@@ -88,6 +105,18 @@ pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
 )]
 pub struct TubePush {
     pub light: u32,
+    pub first_slice: u32,
+    pub slice_count: u32,
+}
+
+/// Push constants of `ambient_scattering.gather`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[allow(
+    missing_docs,
+    reason = "documented in glsl/ambient_scattering/gather.comp"
+)]
+pub struct GatherPush {
     pub first_slice: u32,
     pub slice_count: u32,
 }

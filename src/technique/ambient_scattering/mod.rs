@@ -5,6 +5,7 @@
 
 mod cache;
 mod choice;
+mod gather;
 mod knobs;
 mod layout;
 mod lookup;
@@ -17,9 +18,12 @@ pub mod table;
 
 pub use cache::CachePlan;
 pub use choice::{albedo, occlusion_radius, radius};
+pub use gather::GatherPlan;
 pub use knobs::KNOBS;
-pub use layout::{AmbientMarchPush, AmbientUniform, LAYOUTS, TubePush};
-pub use plan::{AmbientScatteringPlan, CACHE_CONSTANTS, MARCH_CONSTANTS, plan, stage};
+pub use layout::{AmbientMarchPush, AmbientUniform, GatherPush, LAYOUTS, TubePush};
+pub use plan::{
+    AmbientScatteringPlan, CACHE_CONSTANTS, GATHER_CONSTANTS, MARCH_CONSTANTS, plan, stage,
+};
 pub use record::{record_march, record_radiance_cache};
 pub use resources::AmbientScattering;
 

@@ -3,10 +3,11 @@
 use glam::UVec3;
 
 use super::cache::CachePlan;
+use super::gather::GatherPlan;
 use super::lookup::{ANGLES, DEPTHS, Key};
 use super::{NAME, choice, layout};
 use crate::gpu::{Format, Limits, Specialization, StageLayout};
-use crate::scene::{AmbientScatteringParams, Gather, Light, LightCache, Scene, Tube};
+use crate::scene::{AmbientScatteringParams, Gather, Light, RadianceCache, Scene, Tube};
 use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::MediumPlan;
 use crate::technique::summed_area::{FieldKind, FieldPlan};
@@ -20,6 +21,8 @@ pub mod stage {
     pub const UPLOAD_TABLES: &str = "ambient_scattering.upload_tables";
     /// Light that arrives at every node of the cache.
     pub const RADIANCE_CACHE: &str = "ambient_scattering.radiance_cache";
+    /// What the cache's nodes scatter towards the viewer.
+    pub const GATHER: &str = "ambient_scattering.gather";
     /// The radiance of every pixel, the volume read through the device's filter.
     pub const MARCH: &str = "ambient_scattering.march";
     /// The same by loads of 8-bit texels.
@@ -38,17 +41,18 @@ const fn constant(id: u32, name: &'static str) -> Specialization {
     Specialization { id, name, value: 0 }
 }
 
-/// Constants of `ambient_scattering.radiance_cache`, in the order of their ids; the march has them too.
-pub const CACHE_CONSTANTS: [Specialization; 5] = [
+/// Constants of `ambient_scattering.radiance_cache`, in the order of their ids; the march has all but the last too.
+pub const CACHE_CONSTANTS: [Specialization; 6] = [
     constant(0, "CLIP_BOX"),
     constant(1, "CLIP_PLANE"),
     constant(2, "POINT_LIGHTS"),
     constant(3, "LINEAR_TUBE"),
     constant(4, "SPREAD"),
+    constant(19, "NEAR_ONLY"),
 ];
 
 /// Constants of `ambient_scattering.march`, in the order of their ids.
-pub const MARCH_CONSTANTS: [Specialization; 17] = [
+pub const MARCH_CONSTANTS: [Specialization; 19] = [
     CACHE_CONSTANTS[0],
     CACHE_CONSTANTS[1],
     CACHE_CONSTANTS[2],
@@ -66,6 +70,19 @@ pub const MARCH_CONSTANTS: [Specialization; 17] = [
     constant(14, "ENVIRONMENT"),
     constant(15, "INTERVAL"),
     constant(16, "HAS_LIGHTS"),
+    constant(17, "APART"),
+    constant(18, "GATHERED"),
+];
+
+/// Constants of `ambient_scattering.gather`, in the order of their ids; the march has them too.
+pub const GATHER_CONSTANTS: [Specialization; 7] = [
+    MARCH_CONSTANTS[2],
+    MARCH_CONSTANTS[7],
+    MARCH_CONSTANTS[9],
+    MARCH_CONSTANTS[12],
+    MARCH_CONSTANTS[14],
+    MARCH_CONSTANTS[16],
+    MARCH_CONSTANTS[17],
 ];
 
 /// Pixels along the edge of a tile; 64 invocations march one.
@@ -99,6 +116,8 @@ pub struct AmbientScatteringPlan {
     pub occlusion: Option<FieldPlan>,
     /// The radiance cache; none: tubes at each look, or no light.
     pub cache: Option<CachePlan>,
+    /// Looks at the light that the cache's nodes take for rays; none: rays look themselves.
+    pub gather: Option<GatherPlan>,
     /// What decides the tables.
     pub tables: Key,
     /// Radius of the sphere about a sample, world units.
@@ -107,6 +126,8 @@ pub struct AmbientScatteringPlan {
     pub cache_constants: Vec<Specialization>,
     /// Constants of `ambient_scattering.march`.
     pub march_constants: Vec<Specialization>,
+    /// Constants of `ambient_scattering.gather`.
+    pub gather_constants: Vec<Specialization>,
     pub(super) albedo: AlbedoPlan,
     /// Image width and height.
     pub image: [u32; 2],
@@ -146,7 +167,7 @@ pub fn plan(
     let steps = (scene.volume.grid.diagonal() / (2.0 * radius))
         .ceil()
         .max(1.0);
-    let cache = CachePlan::new(scene, params, (lights, steps as u64), limits)?;
+    let cache = CachePlan::new(scene, params, radius, (lights, steps as u64), limits)?;
     let tube = if cache.is_none() {
         f64::from(lights) * steps
     } else {
@@ -154,6 +175,8 @@ pub fn plan(
     };
     let samples = longest_ray(scene, params)?;
     let interval = interval(scene, params, radius);
+    let apart = if lights::weaken(scene) { lights } else { 0 };
+    let gather = GatherPlan::new(scene, cache.as_ref(), apart + 1, limits);
     let looks = 2.0 * samples / f64::from(interval) * (1.0 + tube);
     check_rounds(1.5 * samples + looks)?;
     let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
@@ -180,10 +203,20 @@ pub fn plan(
         flag(environment),
         interval,
         flag(lights > 0),
+        apart,
+        flag(gather.is_ok()),
     ];
+    let near_only = flag(cache.is_some_and(|c| c.near_only));
+    let of_cache = [
+        values[0], values[1], values[2], values[3], values[4], near_only,
+    ];
+    let cache_constants = Specialization::with_values(&CACHE_CONSTANTS, &of_cache);
+    let march_constants = Specialization::with_values(&MARCH_CONSTANTS, &values);
+    let is_gathers = |c: &&Specialization| GATHER_CONSTANTS.iter().any(|own| own.id == c.id);
     Ok(AmbientScatteringPlan {
-        cache_constants: Specialization::with_values(&CACHE_CONSTANTS, &values),
-        march_constants: Specialization::with_values(&MARCH_CONSTANTS, &values),
+        cache_constants,
+        gather_constants: march_constants.iter().filter(is_gathers).copied().collect(),
+        march_constants,
         tables: Key {
             g: f64::from(scene.medium.phase_g as f32),
             albedo: choice::albedo(scene),
@@ -193,13 +226,20 @@ pub fn plan(
         extinction,
         occlusion,
         cache,
+        gather: gather.ok(),
         radius,
         albedo,
         image: [image.width, image.height],
         sub_samples: image.samples_per_axis * image.samples_per_axis,
         tiles,
         tiles_per_submission: u32::try_from(per_submission).unwrap_or(1),
-        omitted: omitted(scene, params, &medium, (lights, points, environment)),
+        omitted: omitted(
+            scene,
+            params,
+            &medium,
+            gather,
+            (lights, points, environment),
+        ),
         medium,
     })
 }
@@ -235,7 +275,7 @@ fn check_rounds(rounds: f64) -> Result<(), PlanError> {
         what: "technique.ambient_scattering".to_owned(),
         found: format!("{rounds:.0} loop rounds on the longest ray"),
         limit: format!("a shader takes at most {MAX_ROUNDS}"),
-        fix: "set its cache = \"half\", or raise step or radius".to_owned(),
+        fix: "set its cache = \"auto\", or raise step or radius".to_owned(),
     })
 }
 
@@ -244,6 +284,7 @@ fn omitted(
     scene: &Scene,
     params: &AmbientScatteringParams,
     medium: &MediumPlan,
+    gather: Result<GatherPlan, &str>,
     (lights, points, environment): (u32, bool, bool),
 ) -> Vec<Omission> {
     let mut list = medium.omitted();
@@ -262,7 +303,7 @@ fn omitted(
     let direct = "cache is none: a tube for every look at the light";
     omit(
         "radiance_cache",
-        lights > 0 && params.cache == LightCache::None,
+        lights > 0 && params.cache == RadianceCache::None,
         direct,
     );
     omit("point lights", lights > 0 && !points, none);
@@ -270,6 +311,9 @@ fn omitted(
     omit("emission", scene.medium.emission <= 0.0, "its factor is 0");
     let no_colors = scene.medium.albedo_volume.is_none();
     omit("albedo volume", no_colors, none);
+    if let Err(why) = gather {
+        omit("gathered_light", lights > 0, why);
+    }
     omit("highlights", params.specular <= 0.0, "specular is 0");
     let dark = "no environment shines";
     omit("occlusion", !environment, dark);
@@ -287,6 +331,12 @@ impl AmbientScatteringPlan {
     #[must_use]
     pub const fn radiance_cache(&self) -> StageLayout {
         layout::RADIANCE_CACHE
+    }
+
+    /// The stage in which nodes look.
+    #[must_use]
+    pub const fn gather_stage(&self) -> StageLayout {
+        layout::GATHER
     }
 
     /// The stage that marches: the one that reads the volume as the medium holds it.
@@ -365,6 +415,13 @@ impl AmbientScatteringPlan {
         let mut stages = self.medium.stages();
         stages.extend(self.albedo.stage(stage::UPLOAD_ALBEDO));
         stages.extend(self.own_stages());
+        stages.extend(self.gather.map(|gather| StagePlan {
+            name: stage::GATHER,
+            depends_on: Inputs::of(&Input::ALL),
+            domain: gather.nodes,
+            dispatches: gather.submissions(),
+            specialization: self.gather_constants.clone(),
+        }));
         let pixels = UVec3::new(self.image[0], self.image[1], 1);
         stages.push(StagePlan {
             name: self.march().shader.name,
@@ -384,6 +441,7 @@ impl AmbientScatteringPlan {
         resources.extend(self.extinction.iter().flat_map(FieldPlan::resources));
         resources.extend(self.occlusion.iter().flat_map(FieldPlan::resources));
         resources.extend(self.cache.iter().map(CachePlan::resource));
+        resources.extend(self.gather.iter().map(GatherPlan::resource));
         resources.extend(self.table_resources());
         resources.push(self.albedo.resource());
         resources.extend(target::resources(self.image));

@@ -3,7 +3,7 @@
 use bytemuck::bytes_of;
 use glam::UVec3;
 
-use super::{AmbientMarchPush, AmbientScattering, AmbientScatteringPlan, TubePush};
+use super::{AmbientMarchPush, AmbientScattering, AmbientScatteringPlan, GatherPush, TubePush};
 use crate::gpu::{Access, Device, GpuError, Recorder, StageTime};
 use crate::scene::Scene;
 use crate::technique::Inputs;
@@ -90,8 +90,8 @@ fn fill_cache(
     }))
 }
 
-/// Marches the whole image: one dispatch a band of tiles and sub-sample, each a submission;
-/// `progress(done, total)` counts them.
+/// Has the cache's nodes look where that serves the rays, then marches the whole image: one dispatch a band of tiles and
+/// sub-sample, each a submission; `progress(done, total)` counts them.
 ///
 /// # Errors
 /// The driver's refusal, a lost device, or a validation message.
@@ -100,6 +100,7 @@ pub fn record_march(
     technique: &AmbientScattering,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<StageTime>, GpuError> {
+    let mut times = Vec::from_iter(gather(device, technique)?);
     let plan = &technique.plan;
     let name = plan.march().shader.name;
     let (pipeline, binding) = (&technique.march, &technique.march_binding);
@@ -130,10 +131,49 @@ pub fn record_march(
         seconds += recorder.submit()?.iter().map(|t| t.seconds).sum::<f64>();
         progress(u64::from(index) + 1, u64::from(total));
     }
-    Ok(vec![StageTime {
+    times.push(StageTime {
         name: name.to_owned(),
         seconds,
-    }])
+    });
+    Ok(times)
+}
+
+/// What nodes scatter towards the viewer: one dispatch a slab of them, each a submission.
+fn gather(device: &Device, technique: &AmbientScattering) -> Result<Option<StageTime>, GpuError> {
+    let plan = &technique.plan;
+    let (Some(gather), Some((pipeline, binding))) = (&plan.gather, &technique.gather_stage) else {
+        return Ok(None);
+    };
+    let (name, image) = (pipeline.name(), &technique.gathered_light);
+    let total = gather.submissions();
+    let mut seconds = 0.0;
+    for index in 0..total {
+        let first_slice = index * gather.slices_per_submission;
+        let push = GatherPush {
+            first_slice,
+            slice_count: gather
+                .slices_per_submission
+                .min(gather.nodes.z - first_slice),
+        };
+        let mut recorder = Recorder::new(device)?;
+        if index == 0 {
+            // WAR: the last march has read what is written anew.
+            recorder.image_barrier(image, Access::ComputeSampledOrLoaded, Access::ComputeWrite);
+        }
+        recorder.compute_stage(name, |r| {
+            let domain = gather.nodes.with_z(push.slice_count);
+            r.dispatch(pipeline, binding, bytes_of(&push), domain);
+        });
+        if index + 1 == total {
+            // RAW: the march reads what the slabs wrote.
+            recorder.image_barrier(image, Access::ComputeWrite, Access::ComputeSampledOrLoaded);
+        }
+        seconds += recorder.submit()?.iter().map(|t| t.seconds).sum::<f64>();
+    }
+    Ok(Some(StageTime {
+        name: name.to_owned(),
+        seconds,
+    }))
 }
 
 fn spread(plan: &AmbientScatteringPlan) -> u32 {

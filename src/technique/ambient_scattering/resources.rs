@@ -28,6 +28,8 @@ pub struct AmbientScattering {
     pub(super) cache_stage: Option<(ComputePipeline, Binding)>,
     pub(super) radiance: Arc<Image>,
     pub(super) cache: Arc<Image>,
+    pub(super) gather_stage: Option<(ComputePipeline, Binding)>,
+    pub(super) gathered_light: Arc<Image>,
     // Whether `cache` holds the light of the scene as it was at the last frame.
     pub(super) filled: bool,
     tables: Tables,
@@ -52,6 +54,8 @@ struct Kept {
     march: Option<ComputePipeline>,
     cache_stage: Option<ComputePipeline>,
     cache: Option<Arc<Image>>,
+    gather_stage: Option<ComputePipeline>,
+    gathered_light: Option<Arc<Image>>,
     filled: bool,
     tables: Option<Tables>,
     albedo: Option<AlbedoImage>,
@@ -67,6 +71,7 @@ impl Kept {
         let same_march = same_reading && old.plan.march_constants == plan.march_constants;
         let same_stage = old.plan.cache_constants == plan.cache_constants;
         let same_cache = old.plan.cache == plan.cache;
+        let same_gather = old.plan.gather_constants == plan.gather_constants;
         let same_light = old.plan.extinction == plan.extinction && old.plan.tables == plan.tables;
         Self {
             extinction: old.extinction,
@@ -74,6 +79,8 @@ impl Kept {
             march: same_march.then_some(old.march),
             cache_stage: old.cache_stage.filter(|_| same_stage).map(|(p, _)| p),
             cache: same_cache.then_some(old.cache),
+            gather_stage: old.gather_stage.filter(|_| same_gather).map(|(p, _)| p),
+            gathered_light: (old.plan.gather == plan.gather).then_some(old.gathered_light),
             filled: same_cache && same_light && old.filled,
             tables: Some(old.tables),
             albedo: Some(old.albedo),
@@ -108,6 +115,9 @@ impl AmbientScattering {
             Ok,
         )?;
         let cache = kept.cache.map_or_else(|| cache_image(device, plan), Ok)?;
+        let gathered_light = kept
+            .gathered_light
+            .map_or_else(|| gathered_image(device, plan), Ok)?;
         let tables = kept.tables.map_or_else(|| Tables::new(device), Ok)?;
         let linear = sampler(device, "linear", Filter::LINEAR)?;
         let unused = Resource::SampledGeneral(cache.clone(), linear.clone());
@@ -135,6 +145,26 @@ impl AmbientScattering {
             }
             None => None,
         };
+        let scattered = Resource::Sampled(tables.scattered.clone(), linear.clone());
+        let gather_stage = match &plan.gather {
+            Some(_) => {
+                let pipeline = kept.gather_stage.map_or_else(
+                    || ComputePipeline::new(device, plan.gather_stage(), &plan.gather_constants),
+                    Ok,
+                )?;
+                let binding = pipeline.bind(vec![
+                    view.clone(),
+                    uniform.clone(),
+                    of(&extinction),
+                    unused.clone(),
+                    scattered.clone(),
+                    of(&occlusion),
+                    Resource::Storage(gathered_light.clone()),
+                ])?;
+                Some((pipeline, binding))
+            }
+            None => None,
+        };
         let march = kept.march.map_or_else(
             || ComputePipeline::new(device, plan.march(), &plan.march_constants),
             Ok,
@@ -151,9 +181,10 @@ impl AmbientScattering {
             of(&extinction),
             tube,
             unused.clone(),
-            Resource::Sampled(tables.scattered.clone(), linear.clone()),
+            scattered,
             of(&occlusion),
             albedo.resource(linear.clone()),
+            Resource::SampledGeneral(gathered_light.clone(), linear),
         ])?;
         Ok(Self {
             plan: plan.clone(),
@@ -164,6 +195,8 @@ impl AmbientScattering {
             cache_stage,
             radiance: target.radiance.clone(),
             cache,
+            gather_stage,
+            gathered_light,
             filled: kept.filled,
             tables,
             albedo,
@@ -254,7 +287,21 @@ fn cache_image(device: &Device, plan: &AmbientScatteringPlan) -> Result<Arc<Imag
         format: plan.cache.map_or(Format::R16G16B16A16_SFLOAT, |c| c.format),
         usage: ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED,
     };
-    let image = Image::new(device, "radiance_cache", desc)?;
+    readable(device, Image::new(device, "radiance_cache", desc)?)
+}
+
+/// What nodes scatter towards the viewer, or a texel that is never read.
+fn gathered_image(device: &Device, plan: &AmbientScatteringPlan) -> Result<Arc<Image>, GpuError> {
+    let desc = ImageDesc {
+        image_type: ImageType::TYPE_3D,
+        extent: plan.gather.map_or(UVec3::ONE, |g| g.extent()),
+        format: Format::R32G32B32A32_SFLOAT,
+        usage: ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED,
+    };
+    readable(device, Image::new(device, "gathered_light", desc)?)
+}
+
+fn readable(device: &Device, image: Image) -> Result<Arc<Image>, GpuError> {
     let mut recorder = Recorder::new(device)?;
     // Nothing was there before; the march finds the layout that its descriptor names.
     recorder.image_barrier(&image, Access::Undefined, Access::ComputeSampledOrLoaded);

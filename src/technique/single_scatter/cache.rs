@@ -5,7 +5,7 @@ use glam::{DVec3, UVec3};
 use super::plan::{MAX_ROUNDS, MAX_SAMPLES};
 use crate::gpu::{Format, Limits};
 use crate::scene::{LightCache, Scene, SingleScatterParams};
-use crate::technique::nodes::Nodes;
+use crate::technique::nodes::{MIN_INTERVALS, Nodes};
 use crate::technique::{PlanError, ResourceKind, ResourcePlan};
 
 /// Most slices of nodes a dispatch: Vulkan guarantees 65,535 workgroups along z.
@@ -54,7 +54,7 @@ impl CachePlan {
             count: nodes,
             first,
             spacing,
-        } = Nodes::new(scene, voxels);
+        } = Nodes::new(scene, DVec3::splat(voxels), MIN_INTERVALS);
         let samples = shadow_samples(scene, params)?;
         let per_slice = samples * u64::from(nodes.x) * u64::from(nodes.y);
         let slices = (MAX_SAMPLES / per_slice.max(1)).clamp(1, MAX_SLICES.min(u64::from(nodes.z)));
