@@ -390,7 +390,7 @@ fn leaves_bound_every_sample() {
             (1000.0, Vec3::ONE, 0.2),
         ]),
     );
-    let table = medium::Table::choose(&s, 16383);
+    let table = medium::Table::choose(&s, &LIMITS);
     let baked = table.bake(&s);
     let leaves = leaves::leaves(&s, &table);
     let (dims, edge) = (s.volume.grid.dims, leaves::cell_edge(s.volume.grid.dims));

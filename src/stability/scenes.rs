@@ -55,6 +55,7 @@ pub(super) fn table(rows: &[(f64, f64)]) -> Medium {
             name: "extreme".to_owned(),
             quantity: Quantity::Extinction,
             points: rows.iter().map(point).collect(),
+            primitives: Vec::new(),
             opacity_unit_distance: 1.0,
         },
         density_scale: 1.0,

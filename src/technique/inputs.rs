@@ -108,6 +108,7 @@ impl Inputs {
             (
                 Input::TransferFunction,
                 a.transfer_function.points != b.transfer_function.points
+                    || a.transfer_function.primitives != b.transfer_function.primitives
                     || a.transfer_function.quantity != b.transfer_function.quantity
                     || a.transfer_function.opacity_unit_distance
                         != b.transfer_function.opacity_unit_distance

@@ -96,6 +96,7 @@ pub fn points(list: &[(f64, Vec3, f64)]) -> TransferFunction {
         name: "test".to_owned(),
         points: points.collect(),
         quantity: Quantity::Opacity,
+        primitives: Vec::new(),
         opacity_unit_distance: 1.0,
     }
 }

@@ -3,8 +3,8 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use crate::scene::transfer_function::Quantity;
-use crate::scene::{Exposure, Light, Projection, Radius, Scene, TechniqueParams};
+use crate::scene::transfer_function::{Primitive, Quantity};
+use crate::scene::{ControlPoint, Exposure, Light, Projection, Radius, Scene, TechniqueParams};
 
 /// Every setting of a resolved scene.
 #[must_use]
@@ -12,8 +12,15 @@ pub fn describe(scene: &Scene) -> Value {
     let (v, m, c, i) = (&scene.volume, &scene.medium, &scene.camera, &scene.image);
     let tf = &m.transfer_function;
     let points = match tf.quantity {
+        _ if tf.has_gradients() => "primitives",
         Quantity::Opacity => "points",
         Quantity::Extinction => "extinction",
+    };
+    let rows: Vec<_> = if tf.has_gradients() {
+        tf.primitives.iter().map(primitive).collect()
+    } else {
+        let row = |p: &ControlPoint| json!([p.value, p.color.x, p.color.y, p.color.z, p.opacity]);
+        tf.points.iter().map(row).collect()
     };
     let projection = match c.projection {
         Projection::Perspective { vfov_deg } => json!({ "vfov_deg": vfov_deg }),
@@ -36,9 +43,7 @@ pub fn describe(scene: &Scene) -> Value {
             "name": tf.name,
             "color_space": "linear",
             "opacity_unit_distance": tf.opacity_unit_distance,
-            points: tf.points.iter().map(|p| {
-                json!([p.value, p.color.x, p.color.y, p.color.z, p.opacity])
-            }).collect::<Vec<_>>(),
+            points: rows,
         },
         "medium": {
             "density_scale": m.density_scale,
@@ -72,6 +77,17 @@ pub fn describe(scene: &Scene) -> Value {
             "tone_map": i.tone_map,
         },
         "technique": technique(&scene.technique),
+    })
+}
+
+/// A gradient without an end is `null`.
+fn primitive(p: &Primitive) -> Value {
+    json!({
+        "shape": p.shape,
+        "value": p.value,
+        "gradient": p.gradient,
+        "color": rgb(p.color),
+        "opacity": p.opacity,
     })
 }
 

@@ -7,12 +7,12 @@ use std::sync::Arc;
 use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
-    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec,
-    RawSpec, ShadingSpec, TechniqueName,
+    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, PrimitiveSpec,
+    RadiusSpec, RawSpec, ShadingSpec, TechniqueName,
 };
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
-use crate::scene::transfer_function::{Quantity, automatic, read_file};
+use crate::scene::transfer_function::{Primitive, Quantity, automatic, read_file};
 use crate::scene::{
     AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure,
     ImageSettings, LatLongMap, Light, Medium, PathTraceParams, Plane, Projection, Radius,
@@ -165,12 +165,12 @@ impl SceneFile {
         statistics: &Statistics,
     ) -> Result<TransferFunction, SceneError> {
         let t = &self.spec.transfer_function;
+        let srgb = t.color_space != Some(ColorSpace::Linear);
         let mut function = if let Some(preset) = t.preset {
             preset.transfer_function(&volume.grid, statistics)
         } else if let Some(file) = &t.file {
             read_file(&self.folder.join(Path::new(file)), &volume.grid, statistics)?
         } else if let Some(points) = t.points.as_ref().or(t.extinction.as_ref()) {
-            let srgb = t.color_space != Some(ColorSpace::Linear);
             TransferFunction {
                 name: "inline".to_owned(),
                 quantity: if t.points.is_some() {
@@ -179,6 +179,15 @@ impl SceneFile {
                     Quantity::Extinction
                 },
                 points: points.iter().map(|row| control_point(row, srgb)).collect(),
+                primitives: Vec::new(),
+                opacity_unit_distance: 1.0,
+            }
+        } else if let Some(shapes) = &t.primitives {
+            TransferFunction {
+                name: "inline, over values and gradients".to_owned(),
+                quantity: Quantity::Opacity,
+                points: Vec::new(),
+                primitives: shapes.iter().map(|p| primitive(p, srgb)).collect(),
                 opacity_unit_distance: 1.0,
             }
         } else {
@@ -376,17 +385,30 @@ const fn radius(spec: RadiusSpec) -> Radius {
 }
 
 fn control_point([value, r, g, b, opacity]: &[f64; 5], srgb: bool) -> ControlPoint {
-    let color = Vec3::new(*r as f32, *g as f32, *b as f32);
-    let color = if srgb {
-        Vec3::from(color.to_array().map(linear_from_srgb))
-    } else {
-        color
-    };
     ControlPoint {
         value: *value,
-        color,
+        color: linear([*r, *g, *b], srgb),
         opacity: *opacity,
     }
+}
+
+fn primitive(spec: &PrimitiveSpec, srgb: bool) -> Primitive {
+    Primitive {
+        shape: spec.shape,
+        value: spec.value,
+        gradient: spec.gradient.unwrap_or([0.0, f64::INFINITY]),
+        color: linear(spec.color, srgb),
+        opacity: spec.opacity,
+    }
+}
+
+fn linear(color: [f64; 3], srgb: bool) -> Vec3 {
+    let color = color.map(|c| c as f32);
+    Vec3::from(if srgb {
+        color.map(linear_from_srgb)
+    } else {
+        color
+    })
 }
 
 fn light(spec: &LightSpec) -> Option<Light> {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Rgb;
-use crate::scene::transfer_function::Preset;
+use crate::scene::transfer_function::{Preset, Shape};
 use crate::scene::{Falloff, Gather, LightCache, ToneMap, Tube};
 use crate::volume::ScalarType;
 use crate::volume::procedural::Procedural;
@@ -85,7 +85,7 @@ pub struct ProceduralSpec {
     pub resolution: Option<u32>,
 }
 
-/// Data value to colour and opacity: at most one of `preset`, `file`, `points` and `extinction`.
+/// Data value to colour and opacity: at most one of `preset`, `file`, `points`, `extinction` and `primitives`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TransferFunctionSpec {
@@ -97,11 +97,34 @@ pub struct TransferFunctionSpec {
     pub points: Option<Vec<[f64; 5]>>,
     /// Rows of data value, r, g, b, extinction per world unit, ascending in value: instead of opacities.
     pub extinction: Option<Vec<[f64; 5]>>,
-    /// What the colours of `points` or `extinction` are: `srgb` (default: as picked on a screen) or
-    /// `linear`.
+    /// Shapes over data values and gradient magnitudes. Where they overlap their extinctions add up, and the
+    /// colour is the mean of theirs weighted by extinction; where there is none the volume is empty.
+    pub primitives: Option<Vec<PrimitiveSpec>>,
+    /// What the colours of `points`, `extinction` or `primitives` are: `srgb` (default: as picked on a
+    /// screen) or `linear`.
     pub color_space: Option<ColorSpace>,
-    /// World distance over which the opacity is reached. Default: 1 for `points`.
+    /// World distance over which the opacity is reached. Default: 1 for `points` and `primitives`.
     pub opacity_unit_distance: Option<f64>,
+}
+
+/// A shape over data values and gradient magnitudes.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PrimitiveSpec {
+    /// `box`: even; `triangle`: from a tip at the middle value and the lowest gradient to all values at the
+    /// highest, fading from the middle to the sides; `gaussian`: a bell whose sides are at three standard
+    /// deviations.
+    pub shape: Shape,
+    /// Lowest and highest data value.
+    pub value: [f64; 2],
+    /// Lowest and highest magnitude of the gradient, data units a world unit. Of a box the highest may be
+    /// `inf`. Default: all gradients, for a box.
+    pub gradient: Option<[f64; 2]>,
+    /// Its colour.
+    pub color: [f64; 3],
+    /// Its largest opacity, in [0, 1].
+    #[schemars(range(min = 0, max = 1))]
+    pub opacity: f64,
 }
 
 /// Encoding of colours.

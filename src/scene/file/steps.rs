@@ -112,6 +112,7 @@ fn opaque() -> TransferFunction {
             opacity: 1.0,
         }],
         quantity: Quantity::Opacity,
+        primitives: Vec::new(),
         opacity_unit_distance: 1.0,
     }
 }

@@ -3,8 +3,13 @@
 use super::Rgb;
 use super::error::Problem;
 use super::spec::{
-    EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, SceneSpec, ShadingSpec,
+    EnvironmentSpec, ExposureSpec, LightSpec, PrimitiveSpec, RadiusSpec, RawSpec, SceneSpec,
+    ShadingSpec,
 };
+use crate::scene::transfer_function::Shape;
+
+/// Most shapes of a transfer function: a table is made of them, entry by entry.
+const MOST_PRIMITIVES: usize = 256;
 
 /// The first value that is out of range.
 pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
@@ -83,6 +88,7 @@ fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
         ("file", t.file.is_some()),
         ("points", t.points.is_some()),
         ("extinction", t.extinction.is_some()),
+        ("primitives", t.primitives.is_some()),
     ];
     exclusive("transfer_function", &given)?;
     let per_distance = t.opacity_unit_distance.is_some();
@@ -95,15 +101,67 @@ fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
         "transfer_function.opacity_unit_distance",
         t.opacity_unit_distance,
     )?;
-    if t.color_space.is_some() && t.points.is_none() && t.extinction.is_none() {
+    let inline = t.points.is_some() || t.extinction.is_some() || t.primitives.is_some();
+    if t.color_space.is_some() && !inline {
         return Err(Problem::new(
             "transfer_function.color_space",
-            "stands without `points` or `extinction`, whose colours it describes",
+            "stands without `points`, `extinction` or `primitives`, whose colours it describes",
         ));
+    }
+    let list = t.primitives.as_deref().unwrap_or_default();
+    if t.primitives.is_some() && !(1..=MOST_PRIMITIVES).contains(&list.len()) {
+        let found = list.len();
+        return Err(Problem::new(
+            "transfer_function.primitives",
+            format!("found {found} shapes, expected 1 to {MOST_PRIMITIVES}"),
+        ));
+    }
+    for (i, shape) in list.iter().enumerate() {
+        primitive(&format!("transfer_function.primitives.{i}"), shape)?;
     }
     rows("points", t.points.as_deref().unwrap_or_default())?;
     let extinction = t.extinction.as_deref().unwrap_or_default();
     rows("extinction", extinction)
+}
+
+fn primitive(key: &str, p: &PrimitiveSpec) -> Result<(), Problem> {
+    let of = |name: &str| format!("{key}.{name}");
+    p.value
+        .into_iter()
+        .try_for_each(|x| finite(&of("value"), Some(x)))?;
+    ascending(&of("value"), p.value)?;
+    match p.gradient {
+        Some([low, high]) => {
+            at_least(&of("gradient"), Some(low), 0.0)?;
+            ascending(&of("gradient"), [low, high])?;
+            if p.shape != Shape::Box {
+                finite(&of("gradient"), Some(high))?;
+            }
+        }
+        None if p.shape != Shape::Box => {
+            return Err(Problem::new(
+                &of("gradient"),
+                "found none, expected the lowest and highest of the shape; only a box may have all",
+            ));
+        }
+        None => {}
+    }
+    p.color
+        .into_iter()
+        .try_for_each(|x| at_least(&of("color"), Some(x), 0.0))?;
+    within(&of("opacity"), Some(p.opacity), 0.0, 1.0)
+}
+
+/// A range of some extent.
+fn ascending(key: &str, [low, high]: [f64; 2]) -> Result<(), Problem> {
+    // NaN is not above anything; two numbers may be too far apart for a float.
+    if high > low && (high == f64::INFINITY || (high - low).is_finite()) {
+        return Ok(());
+    }
+    Err(Problem::new(
+        key,
+        format!("found [{low}, {high}], expected two numbers, the second above the first"),
+    ))
 }
 
 /// Rows of value, colour and opacity or extinction.

@@ -183,7 +183,7 @@ pub fn plan(
     ];
     Ok(AmbientScatteringPlan {
         cache_constants: Specialization::with_values(&CACHE_CONSTANTS, &values),
-        march_constants: Specialization::with_values(&MARCH_CONSTANTS, &values),
+        march_constants: medium.with_constants(&MARCH_CONSTANTS, &values),
         tables: Key {
             g: f64::from(scene.medium.phase_g as f32),
             albedo: choice::albedo(scene),

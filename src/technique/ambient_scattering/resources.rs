@@ -140,7 +140,7 @@ impl AmbientScattering {
             Ok,
         )?;
         let albedo = AlbedoImage::new(device, plan.albedo, kept.albedo)?;
-        let march_binding = march.bind(vec![
+        let march_binding = march.bind(medium.with_material(vec![
             view,
             uniform,
             medium.volume.clone(),
@@ -154,7 +154,7 @@ impl AmbientScattering {
             Resource::Sampled(tables.scattered.clone(), linear.clone()),
             of(&occlusion),
             albedo.resource(linear.clone()),
-        ])?;
+        ]))?;
         Ok(Self {
             plan: plan.clone(),
             extinction,

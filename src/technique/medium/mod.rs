@@ -3,12 +3,14 @@
 //! Shared by all techniques. Stages, formats and reasons: `README.md` in this folder.
 
 mod encoding;
+mod material;
 mod plan;
 mod record;
 mod resources;
 mod table;
 
 pub use encoding::Encoding;
+pub use material::{CONSTANTS, MATERIAL, MaterialUniform, with_material};
 pub use plan::{CellsPlan, MediumPlan, stage};
 pub use record::{record_occupancy, record_ranges};
 pub(super) use resources::sampler;

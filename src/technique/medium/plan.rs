@@ -90,7 +90,7 @@ impl MediumPlan {
                 fix: "use another device (`tyndall devices`)".to_owned(),
             });
         }
-        let table = Table::choose(scene, limits.max_image_1d.min(16384) - 1);
+        let table = Table::choose(scene, limits);
         let (cells, why_no_cells) = if let Some(why) = no_skipping {
             (None, why)
         } else if !Table::has_empty_range(&table.bake(scene)) {
@@ -154,7 +154,7 @@ impl MediumPlan {
             stage::UPLOAD_TABLE,
             table,
             row,
-            1 + u32::from(self.cells.is_some()),
+            1 + u32::from(self.cells.is_some()) + u32::from(self.table.gradients.is_some()),
             vec![],
         ));
         if let Some(c) = self.cells {
@@ -235,6 +235,15 @@ impl MediumPlan {
             16 * entries,
             wider,
         ));
+        if let Some(axis) = self.table.gradients {
+            list.push(auxiliary(
+                "gradient_table",
+                UVec3::new(self.table.entries, axis.entries, 1),
+                Format::R32G32B32A32_SFLOAT,
+                16 * entries * u64::from(axis.entries),
+                "widen the transfer function's narrowest shape",
+            ));
+        }
         if let Some(c) = self.cells {
             let (format, bytes) = self.encoding.pair_format();
             let off = "set the technique's empty_space_skipping = false";
@@ -276,6 +285,12 @@ impl MediumPlan {
             list.push(Omission {
                 what: "finite_mask",
                 why,
+            });
+        }
+        if self.table.gradients.is_none() {
+            list.push(Omission {
+                what: "gradient_table",
+                why: "the transfer function looks at values alone".to_owned(),
             });
         }
         if self.cells.is_none() {

@@ -225,8 +225,10 @@ struct Ranges {
 impl Ranges {
     fn new(scene: &Scene, table: &Table) -> Self {
         let baked = table.bake(scene);
+        // Where gradients decide too, the table holds the most that they make of a value; the least may be nothing.
+        let least = if table.gradients.is_some() { 0.0 } else { 1.0 };
         let entry = |e: &[f32; 4]| Bounds {
-            min: e[3],
+            min: least * e[3],
             max: e[3],
         };
         let mut runs = vec![baked.iter().map(entry).collect::<Vec<_>>()];

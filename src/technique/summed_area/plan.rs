@@ -144,6 +144,7 @@ impl SummedAreaPlan {
             slices_per_submission: u32::try_from(slices).unwrap_or(1),
             constants: constants
                 .map(|(&c, value)| Specialization { value, ..c })
+                .chain(medium.constants())
                 .collect(),
             reading: layout::reading(medium),
         };

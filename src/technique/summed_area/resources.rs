@@ -122,7 +122,7 @@ impl SummedArea {
         });
         Ok(Sums {
             scans: scans.collect::<Result<_, GpuError>>()?,
-            extinction: self.extinction.bind(list)?,
+            extinction: self.extinction.bind(medium.with_material(list))?,
         })
     }
 }

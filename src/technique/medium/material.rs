@@ -1,0 +1,84 @@
+//! What stages read to find the medium's material at a place (`glsl/shared/material.glsl`): the last bindings of
+//! every one of them, and constants that leave out what the scene has not.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::MediumPlan;
+use crate::gpu::{BindingKind, Specialization};
+use crate::scene::Scene;
+use crate::technique::view::vec4;
+
+/// The bindings that follow a stage's own.
+pub const MATERIAL: [BindingKind; 2] = [BindingKind::UniformBuffer, BindingKind::SampledImage];
+
+/// Constants of the material, in the order of their ids; they follow a stage's own.
+pub const CONSTANTS: [Specialization; 1] = [Specialization {
+    id: 32,
+    name: "GRADIENTS",
+    value: 0,
+}];
+
+/// A stage's own bindings and the material's: `ALL` is `OWN + MATERIAL.len()`.
+#[must_use]
+pub const fn with_material<const OWN: usize, const ALL: usize>(
+    own: [BindingKind; OWN],
+) -> [BindingKind; ALL] {
+    let mut all = [BindingKind::SampledImage; ALL];
+    let mut i = 0;
+    while i < ALL {
+        all[i] = if i < OWN { own[i] } else { MATERIAL[i - OWN] };
+        i += 1;
+    }
+    all
+}
+
+/// The `Material` block, std140.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[allow(missing_docs, reason = "documented in glsl/shared/material.glsl")]
+pub struct MaterialUniform {
+    pub gradient: [[f32; 4]; 3],
+}
+
+impl MaterialUniform {
+    /// Fills the block for a scene.
+    #[must_use]
+    pub fn new(scene: &Scene, plan: &MediumPlan) -> Self {
+        let scale = plan.encoding.scale;
+        let columns = scene
+            .volume
+            .grid
+            .world_from_index
+            .matrix3
+            .inverse()
+            .transpose();
+        let (entries, a_unit) = plan.table.gradients.map_or((0.0, 0.0), |axis| {
+            // Entries go with the gradient's root.
+            let last = f64::from(axis.entries - 1);
+            (f64::from(axis.entries), last * last / axis.max)
+        });
+        Self {
+            gradient: [
+                vec4(columns.x_axis * scale, entries),
+                vec4(columns.y_axis * scale, a_unit),
+                vec4(columns.z_axis * scale, 0.0),
+            ],
+        }
+    }
+}
+
+impl MediumPlan {
+    /// A stage's own constants with these values, and the material's.
+    #[must_use]
+    pub fn with_constants(&self, own: &[Specialization], values: &[u32]) -> Vec<Specialization> {
+        let mut all = Specialization::with_values(own, values);
+        all.extend(self.constants());
+        all
+    }
+
+    /// What of the material stages compile in.
+    #[must_use]
+    pub fn constants(&self) -> Vec<Specialization> {
+        Specialization::with_values(&CONSTANTS, &[u32::from(self.table.gradients.is_some())])
+    }
+}
