@@ -133,11 +133,6 @@ fn summed_areas_are_the_naive_sums() {
     let expected = reference::field(&s, &plan);
     let largest = expected.iter().copied().fold(0.0, f64::max);
     assert!(largest > 0.1);
-    let worst = texels
-        .iter()
-        .zip(&expected)
-        .map(|(a, b)| (f64::from(*a) - b).abs());
-    println!("{:.2e} of {largest:.2e}", worst.fold(0.0, f64::max));
     for (found, expected) in texels.iter().zip(&expected) {
         // The table's bilinear filter, and half floats.
         assert!((f64::from(*found) - expected).abs() < 1e-3 * expected + 2e-3 * largest);
@@ -171,7 +166,6 @@ fn skipping_changes_nothing_and_a_smaller_step_hardly_anything() {
             .flatten()
             .zip(finer.pixels.iter().flatten());
         let farthest = farthest.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        println!("shaded {}: {farthest}", shading.is_some());
         assert!(farthest < 6e-3, "{farthest}");
     }
 }

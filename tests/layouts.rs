@@ -105,7 +105,15 @@ fn material_blocks() {
         }
         found += 1;
         assert_eq!(layout.bindings[first..], medium::MATERIAL);
-        let offsets = vec![offset_of!(MaterialUniform, gradient)];
+        let offsets = vec![
+            offset_of!(MaterialUniform, gradient),
+            offset_of!(MaterialUniform, world_from_grid),
+            offset_of!(MaterialUniform, grid_from_world),
+            offset_of!(MaterialUniform, displacing),
+            offset_of!(MaterialUniform, displacement),
+            offset_of!(MaterialUniform, varying_at),
+            offset_of!(MaterialUniform, variation),
+        ];
         assert_eq!(
             block(&layout.shader, Some(first as u32)),
             (offsets, size_of::<MaterialUniform>()),
@@ -470,6 +478,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         size: 4,
         dims: glam::UVec3::ONE,
         reach: 15,
+        widen: 0,
     };
     for (shader, given) in [
         (
@@ -478,7 +487,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         ),
         (shader::MEDIUM_CELL_MIN_MAX, cells.min_max_constants()),
         (shader::MEDIUM_CELL_OCCUPANCY, cells.reach_constants()),
-        (shader::MEDIUM_CELL_DISTANCE, cells.reach_constants()),
+        (shader::MEDIUM_CELL_DISTANCE, cells.distance_constants()),
         (
             shader::PATH_TRACE_TRACE,
             with_material(&path_trace::CONSTANTS),

@@ -67,7 +67,7 @@ struct Block {
 Block sample_block(SteppedRay grid, int i, int count, float dt, inout Path path) {
     Block block;
     float values[MAX_BLOCK];
-    block_values(grid.first, grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(grid.first, grid.per_step, i, BLOCK, values);
     for (int k = 0; k < BLOCK; ++k) {
         vec4 material = material_of(values[k], grid.first + float(i + k) * grid.per_step);
         float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;
@@ -93,7 +93,7 @@ void gather(Block block, SteppedRay grid, SteppedRay field, int i, int count, in
         vec3 albedo = block.color[k];
         if (ALBEDO_VOLUME) {
             vec3 q = grid.first + float(i + k) * grid.per_step;
-            albedo = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
+            albedo = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
         }
         path.lit += block.weight[k] * mix(first, last, (float(k) + 0.5) * per_sample) * albedo;
     }

@@ -44,7 +44,7 @@ ViewRay view_ray(Ray camera, vec2 t, int count) {
 void delayed_depths(ViewRay ray, int i, int count, out float dtau[BLOCK]) {
     vec3 q = ray.grid.first - ray.delay * ray.grid.per_step;
     float values[MAX_BLOCK];
-    block_values(q, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(q, ray.grid.per_step, i, BLOCK, values);
     for (int k = 0; k < BLOCK; ++k) {
         // Before the volume there is nothing.
         float at = float(i + k) - ray.delay;
@@ -58,7 +58,7 @@ void delayed_depths(ViewRay ray, int i, int count, out float dtau[BLOCK]) {
 Block sample_block(ViewRay ray, int i, int count, float tau_end, inout Depths depths) {
     Block block;
     float values[MAX_BLOCK], delayed[BLOCK];
-    block_values(ray.grid.first, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(ray.grid.first, ray.grid.per_step, i, BLOCK, values);
     if (LITERAL_GATHER) delayed_depths(ray, i, count, delayed);
     block.tau[0] = depths.at;
     for (int k = 0; k < BLOCK; ++k) {
@@ -73,7 +73,7 @@ Block sample_block(ViewRay ray, int i, int count, float tau_end, inout Depths de
         depths.from = LITERAL_GATHER ? depths.from + delayed[k] : depths.at;
         block.color[k] = material.rgb;
         block.albedo[k] = material.rgb;
-        if (ALBEDO_VOLUME) block.albedo[k] = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
+        if (ALBEDO_VOLUME) block.albedo[k] = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
     }
     block.is_lit = depths.at > block.tau[0];
     return block;

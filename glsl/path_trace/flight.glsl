@@ -154,7 +154,7 @@ uint stretch(inout Walker p, inout Flight f, bool shadow) {
     p.t = t;
     uint outcome = t >= p.t_end ? ARRIVED : ON_THE_WAY;
     vec3 q = f.q + t * f.dq;
-    float value = value_at(q, last_voxel);
+    float value = value_of(q);
     float sigma_t = sigma_t_of(value, q);
     if (MASKED) sigma_t *= finite_weight(q);
     if (hit) {

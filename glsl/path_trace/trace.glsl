@@ -64,8 +64,7 @@ bool scatter(inout Walker p, Flight flight) {
     vec3 q = flight.q + p.t * flight.dq;
     vec3 color = color_of(flight.value, q);
     p.gathered += p.throughput * emission * color;
-    vec3 place = (q + 0.5) / dims;
-    p.throughput *= albedo * (ALBEDO_VOLUME ? textureLod(albedo_volume, place, 0.0).rgb : color);
+    p.throughput *= albedo * (ALBEDO_VOLUME ? textureLod(albedo_volume, texture_of(q), 0.0).rgb : color);
     float brightest = max(p.throughput.r, max(p.throughput.g, p.throughput.b));
     // Below a quarter of their first weight paths end by chance, the others carry on for them.
     float survival = min(4.0 * brightest / p.met, 1.0);

@@ -106,7 +106,7 @@ struct Block {
 Block sample_block(GridRay ray, int i, int count, float dt, inout Path path) {
     Block block;
     float values[MAX_BLOCK];
-    block_values(ray.first, ray.per_step, i, BLOCK, last_voxel, values);
+    values_of(ray.first, ray.per_step, i, BLOCK, values);
     for (int k = 0; k < BLOCK; ++k) {
         vec4 material = material_of(values[k], ray.first + float(i + k) * ray.per_step);
         float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;

@@ -148,7 +148,7 @@ void cached_depths(Block block, ViewRay ray, int i, int count, Light light, int 
         float part = (float(n) + 0.5) / float(NEAR);
         float values[MAX_BLOCK];
         vec3 q_0 = q + part * off, dq = ray.grid.per_step + part * doff;
-        block_values(q_0, dq, 0, BLOCK + 1, last_voxel, values);
+        values_of(q_0, dq, 0, BLOCK + 1, values);
         for (int k = 0; k <= BLOCK; ++k) {
             float dtau = extinction_of(values[k], q_0 + float(k) * dq) * length_way[k];
             dtau *= clamp(room[k] * float(NEAR) - float(n), 0.0, 1.0);

@@ -41,7 +41,7 @@ float phase(float cos_theta) {
 Block sample_block(ViewRay ray, int i, int count, float tau, float tau_end) {
     Block block;
     float values[MAX_BLOCK];
-    block_values(ray.grid.first, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(ray.grid.first, ray.grid.per_step, i, BLOCK, values);
     block.tau[0] = tau;
     for (int k = 0; k < BLOCK; ++k) {
         vec3 q = ray.grid.first + float(i + k) * ray.grid.per_step;
@@ -53,7 +53,7 @@ Block sample_block(ViewRay ray, int i, int count, float tau, float tau_end) {
         block.tau[k + 1] = tau;
         block.color[k] = material.rgb;
         block.albedo[k] = material.rgb;
-        if (ALBEDO_VOLUME) block.albedo[k] = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
+        if (ALBEDO_VOLUME) block.albedo[k] = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
     }
     return block;
 }

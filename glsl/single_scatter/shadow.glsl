@@ -73,7 +73,7 @@ float shadow_depth(vec3 x, Light light) {
             if (i >= count) break;
         }
         float values[MAX_BLOCK];
-        block_values(grid.first, grid.per_step, i, BLOCK, last_voxel, values);
+        values_of(grid.first, grid.per_step, i, BLOCK, values);
         for (int k = 0; k < BLOCK; ++k) {
             vec3 q = grid.first + float(i + k) * grid.per_step;
             float dtau = i + k < count ? extinction_of(values[k], q) * dt : 0.0;

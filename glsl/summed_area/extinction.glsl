@@ -63,7 +63,7 @@ float sum_of(ivec3 cell) {
     for (int z = first.z; z < end.z; ++z)
         for (int y = first.y; y < end.y; ++y)
             for (int x = first.x; x < end.x; ++x)
-                sum += is_kept(vec3(x, y, z)) ? extinction_of(texel(x, y, z), vec3(x, y, z)) : 0.0;
+                sum += is_kept(vec3(x, y, z)) ? extinction_of(value_of_voxel(ivec3(x, y, z)), vec3(x, y, z)) : 0.0;
     return sum;
 }
 
@@ -75,7 +75,7 @@ void main() {
     load_material();
     vec3 middle = (vec3(cell) + 0.5) / vec3(area.split.xyz) - 0.5;
     float sum;
-    if (SPLIT) sum = is_kept(middle) ? extinction_of(value_at(middle, last_voxel), middle) : 0.0;
+    if (SPLIT) sum = is_kept(middle) ? extinction_of(value_of(middle), middle) : 0.0;
     else sum = sum_of(cell);
     float level = sum * table.w;
     imageStore(sums, cell, uvec4(uint(level + 0.5)));

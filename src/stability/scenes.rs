@@ -60,6 +60,7 @@ pub(super) fn table(rows: &[(f64, f64)]) -> Medium {
         },
         density_scale: 1.0,
         albedo: 0.9,
+        perturbation: None,
         albedo_volume: None,
         emission: 0.0,
         phase_g: 0.0,

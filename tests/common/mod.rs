@@ -120,6 +120,7 @@ pub fn scene(volume: Volume, transfer_function: TransferFunction) -> Scene {
             transfer_function,
             density_scale: 1.0,
             albedo: 1.0,
+            perturbation: None,
             albedo_volume: None,
             emission: 0.0,
             phase_g: 0.0,

@@ -4,7 +4,9 @@ use glam::Vec3;
 use serde_json::{Value, json};
 
 use crate::scene::transfer_function::{Primitive, Quantity};
-use crate::scene::{ControlPoint, Exposure, Light, Projection, Radius, Scene, TechniqueParams};
+use crate::scene::{
+    ControlPoint, Exposure, Light, Octave, Perturbation, Projection, Radius, Scene, TechniqueParams,
+};
 
 /// Every setting of a resolved scene.
 #[must_use]
@@ -49,6 +51,7 @@ pub fn describe(scene: &Scene) -> Value {
             "density_scale": m.density_scale,
             "albedo": m.albedo,
             "albedo_volume": m.albedo_volume.as_ref().map(|c| &c.name),
+            "perturbation": m.perturbation.as_ref().map(perturbation),
             "emission": m.emission,
             "phase": { "g": m.phase_g },
         },
@@ -77,6 +80,24 @@ pub fn describe(scene: &Scene) -> Value {
             "tone_map": i.tone_map,
         },
         "technique": technique(&scene.technique),
+    })
+}
+
+fn perturbation(p: &Perturbation) -> Value {
+    let octave = |o: &Octave| {
+        json!({
+            "frequency": o.frequency,
+            "displacement": o.displacement,
+            "opacity": o.opacity,
+            "color": rgb(o.color),
+            "offset": o.offset.to_array(),
+            "velocity": o.velocity.to_array(),
+        })
+    };
+    json!({
+        "seed": p.seed,
+        "time": p.time,
+        "octaves": p.octaves.iter().map(octave).collect::<Vec<_>>(),
     })
 }
 

@@ -24,8 +24,9 @@ pub use overrides::Override;
 pub use resolve::Progress;
 pub use spec::{
     BoxSpec, CameraSpec, ClipSpec, ColorSpace, DirectionalSpec, Endian, EnvironmentSpec,
-    ExposureSpec, ImageSpec, LightSpec, MediumSpec, PrimitiveSpec, ProceduralSpec, RayMarchSpec,
-    SceneSpec, ShadingSpec, TechniqueSpec, TransferFunctionSpec, VolumeSpec,
+    ExposureSpec, ImageSpec, LightSpec, MediumSpec, OctaveSpec, PerturbationSpec, PrimitiveSpec,
+    ProceduralSpec, RayMarchSpec, SceneSpec, ShadingSpec, TechniqueSpec, TransferFunctionSpec,
+    VolumeSpec,
 };
 
 /// The JSON Schema of scene files, also published as `assets/scene.schema.json`.

@@ -7,17 +7,17 @@ use std::sync::Arc;
 use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
-    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, PrimitiveSpec,
-    RadiusSpec, RawSpec, ShadingSpec, TechniqueName,
+    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, OctaveSpec,
+    PrimitiveSpec, RadiusSpec, RawSpec, ShadingSpec, TechniqueName,
 };
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Primitive, Quantity, automatic, read_file};
 use crate::scene::{
     AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure,
-    ImageSettings, LatLongMap, Light, Medium, PathTraceParams, Plane, Projection, Radius,
-    RayMarchParams, Scene, Shading, SingleScatterParams, TechniqueParams, TransferFunction,
-    linear_from_srgb,
+    ImageSettings, LatLongMap, Light, Medium, Octave, PathTraceParams, Perturbation, Plane,
+    Projection, Radius, RayMarchParams, Scene, Shading, SingleScatterParams, TechniqueParams,
+    TransferFunction, linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
 use crate::volume::{self, ColorVolume, RawLayout, ReadOptions, Statistics, Volume};
@@ -112,11 +112,22 @@ impl SceneFile {
         let default_albedo = if albedo_volume.is_some() { 1.0 } else { 0.9 };
         Ok(Medium {
             transfer_function: self.transfer_function(volume, statistics)?,
+            perturbation: self.perturbation(self.time()),
             density_scale: m.density_scale.unwrap_or(1.0),
             albedo: m.albedo.unwrap_or(default_albedo),
             albedo_volume: albedo_volume.transpose()?,
             emission: m.emission.unwrap_or(0.0),
             phase_g: m.phase.g.unwrap_or(0.0),
+        })
+    }
+
+    /// The noise as time step `step` shows it.
+    pub(super) fn perturbation(&self, step: u32) -> Option<Perturbation> {
+        let p = self.spec.medium.perturbation.as_ref()?;
+        Some(Perturbation {
+            seed: p.seed.unwrap_or(0),
+            octaves: p.octaves.iter().map(octave).collect(),
+            time: p.time.unwrap_or(0.0) + f64::from(step),
         })
     }
 
@@ -389,6 +400,17 @@ fn control_point([value, r, g, b, opacity]: &[f64; 5], srgb: bool) -> ControlPoi
         value: *value,
         color: linear([*r, *g, *b], srgb),
         opacity: *opacity,
+    }
+}
+
+fn octave(spec: &OctaveSpec) -> Octave {
+    Octave {
+        frequency: spec.frequency,
+        displacement: spec.displacement.unwrap_or(0.0),
+        opacity: spec.opacity.unwrap_or(0.0),
+        color: spec.color.map_or(Vec3::ZERO, |c| c.0),
+        offset: spec.offset.map_or(DVec3::ZERO, DVec3::from),
+        velocity: spec.velocity.map_or(DVec3::ZERO, DVec3::from),
     }
 }
 

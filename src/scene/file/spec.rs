@@ -153,8 +153,45 @@ pub struct MediumSpec {
     /// takes the whole colour for it. Default: 0.
     #[schemars(range(min = 0))]
     pub emission: Option<f64>,
+    /// Noise that moves the places at which the volume is looked up, and varies what is found there.
+    pub perturbation: Option<PerturbationSpec>,
     /// The phase function.
     pub phase: PhaseSpec,
+}
+
+/// Noise that gives a coarse volume detail: copies, at different scales, of one tile of 32 x 32 x 32 random texels
+/// that repeats through the world.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PerturbationSpec {
+    /// Chooses the noise. Default: 0.
+    pub seed: Option<u32>,
+    /// The moment that time step 0 shows; step 1 is a unit of time later. Default: 0.
+    pub time: Option<f64>,
+    /// The copies, 1 to 8, which add up. At least three make a cloud.
+    pub octaves: Vec<OctaveSpec>,
+}
+
+/// Noise at one scale.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OctaveSpec {
+    /// Texels of the noise a world unit, above 0: its features are about two texels wide.
+    pub frequency: f64,
+    /// Furthest that places move along each axis of the world, world units. Default: 0.
+    #[schemars(range(min = 0))]
+    pub displacement: Option<f64>,
+    /// Largest change of the extinction, up or down, as a share of it, in [0, 1]; of all octaves together at most
+    /// 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub opacity: Option<f64>,
+    /// Largest share by which the transfer function's colour is darkened, in [0, 1]; of all octaves together at
+    /// most 1. Default: 0.
+    pub color: Option<Rgb>,
+    /// Where the noise lies, world units. Default: 0.
+    pub offset: Option<[f64; 3]>,
+    /// How it moves, world units a unit of time. Default: 0.
+    pub velocity: Option<[f64; 3]>,
 }
 
 /// A volume of linear RGB colours in [0, 1], with as many voxels as the volume, in the same place.

@@ -3,9 +3,10 @@
 use super::Rgb;
 use super::error::Problem;
 use super::spec::{
-    EnvironmentSpec, ExposureSpec, LightSpec, PrimitiveSpec, RadiusSpec, RawSpec, SceneSpec,
-    ShadingSpec,
+    EnvironmentSpec, ExposureSpec, LightSpec, PerturbationSpec, PrimitiveSpec, RadiusSpec, RawSpec,
+    SceneSpec, ShadingSpec,
 };
+use crate::scene::perturbation::MOST_OCTAVES;
 use crate::scene::transfer_function::Shape;
 
 /// Most shapes of a transfer function: a table is made of them, entry by entry.
@@ -25,6 +26,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     )?;
     at_least("medium.emission", m.emission, 0.0)?;
     within("medium.phase.g", m.phase.g, -0.99, 0.99)?;
+    m.perturbation.as_ref().map_or(Ok(()), perturbation)?;
     for (i, light) in s.lights.iter().flatten().enumerate() {
         check_light(i, light)?;
     }
@@ -185,6 +187,57 @@ fn rows(name: &str, rows: &[[f64; 5]]) -> Result<(), Problem> {
             within(&key(4), Some(row[4]), 0.0, 1.0)?;
         } else {
             at_least(&key(4), Some(row[4]), 0.0)?;
+        }
+    }
+    Ok(())
+}
+
+fn perturbation(p: &PerturbationSpec) -> Result<(), Problem> {
+    finite("medium.perturbation.time", p.time)?;
+    let found = p.octaves.len();
+    if !(1..=MOST_OCTAVES).contains(&found) {
+        return Err(Problem::new(
+            "medium.perturbation.octaves",
+            format!("found {found} octaves, expected 1 to {MOST_OCTAVES}"),
+        ));
+    }
+    let mut together = [0.0; 4];
+    for (i, octave) in p.octaves.iter().enumerate() {
+        let key = |name: &str| format!("medium.perturbation.octaves.{i}.{name}");
+        positive(&key("frequency"), Some(octave.frequency))?;
+        at_least(&key("displacement"), octave.displacement, 0.0)?;
+        within(&key("opacity"), octave.opacity, 0.0, 1.0)?;
+        let color = octave
+            .color
+            .map_or([0.0; 3], |c| c.0.to_array().map(f64::from));
+        color
+            .into_iter()
+            .try_for_each(|c| within(&key("color"), Some(c), 0.0, 1.0))?;
+        vector(&key("offset"), octave.offset, false)?;
+        vector(&key("velocity"), octave.velocity, false)?;
+        let opacity = octave.opacity.unwrap_or(0.0);
+        for (sum, share) in together
+            .iter_mut()
+            .zip([opacity, color[0], color[1], color[2]])
+        {
+            *sum += share;
+        }
+        let (name, most) = if together[0] > 1.0 + 1e-6 {
+            ("opacity", together[0])
+        } else {
+            ("color", together[1].max(together[2]).max(together[3]))
+        };
+        if most > 1.0 + 1e-6 {
+            return Err(Problem::new(
+                &key(name),
+                format!("found {most} of all octaves together, expected at most 1"),
+            ));
+        }
+        if octave.displacement.unwrap_or(0.0) + opacity + color.iter().sum::<f64>() == 0.0 {
+            return Err(Problem::new(
+                &format!("medium.perturbation.octaves.{i}"),
+                "found noise without effect, expected displacement, opacity or color above 0",
+            ));
         }
     }
     Ok(())

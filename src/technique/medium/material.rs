@@ -6,17 +6,27 @@ use bytemuck::{Pod, Zeroable};
 use super::MediumPlan;
 use crate::gpu::{BindingKind, Specialization};
 use crate::scene::Scene;
-use crate::technique::view::vec4;
+use crate::scene::perturbation::{MOST_OCTAVES, Octave};
+use crate::technique::view::{grid_rows, vec4};
 
 /// The bindings that follow a stage's own.
-pub const MATERIAL: [BindingKind; 2] = [BindingKind::UniformBuffer, BindingKind::SampledImage];
+pub const MATERIAL: [BindingKind; 3] = [
+    BindingKind::UniformBuffer,
+    BindingKind::SampledImage,
+    BindingKind::SampledImage,
+];
 
 /// Constants of the material, in the order of their ids; they follow a stage's own.
-pub const CONSTANTS: [Specialization; 1] = [Specialization {
-    id: 32,
-    name: "GRADIENTS",
-    value: 0,
-}];
+pub const CONSTANTS: [Specialization; 3] = {
+    const fn constant(id: u32, name: &'static str) -> Specialization {
+        Specialization { id, name, value: 0 }
+    }
+    [
+        constant(32, "GRADIENTS"),
+        constant(33, "DISPLACED"),
+        constant(34, "VARIED"),
+    ]
+};
 
 /// A stage's own bindings and the material's: `ALL` is `OWN + MATERIAL.len()`.
 #[must_use]
@@ -38,6 +48,12 @@ pub const fn with_material<const OWN: usize, const ALL: usize>(
 #[allow(missing_docs, reason = "documented in glsl/shared/material.glsl")]
 pub struct MaterialUniform {
     pub gradient: [[f32; 4]; 3],
+    pub world_from_grid: [[f32; 4]; 3],
+    pub grid_from_world: [[f32; 4]; 3],
+    pub displacing: [[f32; 4]; MOST_OCTAVES],
+    pub displacement: [[f32; 4]; MOST_OCTAVES],
+    pub varying_at: [[f32; 4]; MOST_OCTAVES],
+    pub variation: [[f32; 4]; MOST_OCTAVES],
 }
 
 impl MaterialUniform {
@@ -63,7 +79,35 @@ impl MaterialUniform {
                 vec4(columns.y_axis * scale, a_unit),
                 vec4(columns.z_axis * scale, 0.0),
             ],
+            ..Self::noise(scene)
         }
+    }
+
+    /// What the block says of noise.
+    fn noise(scene: &Scene) -> Self {
+        let grid = &scene.volume.grid;
+        let rows = grid.world_from_index.matrix3.inverse().transpose();
+        let mut block = Self {
+            world_from_grid: grid_rows(grid),
+            grid_from_world: [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| vec4(row, 0.0)),
+            ..Self::zeroed()
+        };
+        let Some(p) = &scene.medium.perturbation else {
+            return block;
+        };
+        // From the centre, as places are on the device.
+        let place = |o: &Octave| vec4(o.tile_at(grid.centre(), p.time), o.tiles());
+        let displacing = p.octaves.iter().filter(|o| o.displacement > 0.0);
+        for (i, octave) in displacing.enumerate().take(MOST_OCTAVES) {
+            block.displacing[i] = place(octave);
+            block.displacement[i][0] = octave.displacement as f32;
+        }
+        let varying = p.octaves.iter().filter(|o| o.varies());
+        for (i, octave) in varying.enumerate().take(MOST_OCTAVES) {
+            block.varying_at[i] = place(octave);
+            block.variation[i] = octave.color.extend(octave.opacity as f32).to_array();
+        }
+        block
     }
 }
 
@@ -79,6 +123,11 @@ impl MediumPlan {
     /// What of the material stages compile in.
     #[must_use]
     pub fn constants(&self) -> Vec<Specialization> {
-        Specialization::with_values(&CONSTANTS, &[u32::from(self.table.gradients.is_some())])
+        let values = [
+            u32::from(self.table.gradients.is_some()),
+            self.displaced,
+            self.varied,
+        ];
+        Specialization::with_values(&CONSTANTS, &values)
     }
 }

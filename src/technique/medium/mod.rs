@@ -11,7 +11,7 @@ mod table;
 
 pub use encoding::Encoding;
 pub use material::{CONSTANTS, MATERIAL, MaterialUniform, with_material};
-pub use plan::{CellsPlan, MediumPlan, stage};
+pub use plan::{CellsPlan, MediumPlan, reach_of_noise, stage};
 pub use record::{record_occupancy, record_ranges};
 pub(super) use resources::sampler;
 pub use resources::{LAYOUTS, Medium, OccupancyPush};

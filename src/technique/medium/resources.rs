@@ -13,6 +13,7 @@ use crate::gpu::{
     SamplerDesc, StageLayout, StageTime, shader, upload_image,
 };
 use crate::scene::Scene;
+use crate::scene::perturbation::{NOISE_SIZE, Noise};
 use crate::technique::target::write;
 use crate::volume::{Volume, Voxels};
 
@@ -65,6 +66,7 @@ pub struct Medium {
     pub(super) cells: Option<Cells>,
     material: Arc<Buffer>,
     gradient_table: Resource,
+    noise: Resource,
     images: Images,
 }
 
@@ -73,6 +75,7 @@ struct Images {
     mask: Arc<Image>,
     table: Arc<Image>,
     gradient_table: Arc<Image>,
+    noise: Arc<Image>,
     cell_distance: Arc<Image>,
 }
 
@@ -124,6 +127,17 @@ impl Medium {
             },
         )?;
         let gradient_table = Arc::new(gradient_table);
+        let edge = if plan.octaves() > 0 {
+            NOISE_SIZE as u32
+        } else {
+            1
+        };
+        let noise = image_3d(device, "noise", UVec3::splat(edge), format, uploaded)?;
+        let repeating = SamplerDesc {
+            filter: Filter::LINEAR,
+            address_mode: SamplerAddressMode::REPEAT,
+        };
+        let repeating = Arc::new(Sampler::new(device, "repeating", repeating)?);
         let bytes = size_of::<MaterialUniform>() as u64;
         let material = Arc::new(Buffer::new(device, "material", bytes, BufferUse::Uniform)?);
         let volume_resource = if plan.loaded {
@@ -156,11 +170,13 @@ impl Medium {
             cells,
             material,
             gradient_table: Resource::Sampled(gradient_table.clone(), linear),
+            noise: Resource::Sampled(noise.clone(), repeating),
             images: Images {
                 volume,
                 mask,
                 table,
                 gradient_table,
+                noise,
                 cell_distance,
             },
         })
@@ -172,6 +188,7 @@ impl Medium {
         own.extend([
             Resource::Uniform(self.material.clone()),
             self.gradient_table.clone(),
+            self.noise.clone(),
         ]);
         own
     }
@@ -236,6 +253,9 @@ impl Medium {
         if self.plan.table.gradients.is_none() {
             fill(&self.images.gradient_table, 16, Access::ComputeSampled)?;
         }
+        if self.plan.octaves() == 0 {
+            fill(&self.images.noise, 16, Access::ComputeSampled)?;
+        }
         Ok(())
     }
 
@@ -252,6 +272,16 @@ impl Medium {
             let image = &self.images.gradient_table;
             times.extend(self.upload_row(image, 16, Access::ComputeSampled, rows)?);
         }
+        if let (true, Some(p)) = (self.plan.octaves() > 0, &scene.medium.perturbation) {
+            let noise = Noise::new(p.seed);
+            let texels = bytemuck::cast_slice(noise.texels());
+            times.extend(self.upload_row(
+                &self.images.noise,
+                16,
+                Access::ComputeSampled,
+                texels,
+            )?);
+        }
         if let Some(cells) = &self.cells {
             let counts = Table::occupied_before(&baked);
             let row = bytemuck::cast_slice(&counts);
@@ -265,6 +295,7 @@ impl Medium {
         }])
     }
 
+    /// Copies a whole image of not much.
     fn upload_row(
         &self,
         image: &Image,
@@ -324,7 +355,8 @@ impl Cells {
             &cells.reach_constants(),
             vec![read(&min_max), read(&occupied_before), write(&distance)],
         )?;
-        let distance_pipeline = ComputePipeline::new(device, DISTANCE, &cells.reach_constants())?;
+        let distance_pipeline =
+            ComputePipeline::new(device, DISTANCE, &cells.distance_constants())?;
         let to_pong = distance_pipeline.bind(vec![read(&distance), write(&pong)])?;
         let from_pong = distance_pipeline.bind(vec![read(&pong), write(&distance)])?;
         Ok(Self {

@@ -105,7 +105,8 @@ pub fn plan(
         limits,
     )?;
     let one_leaf = is_one_leaf(scene, &medium.table);
-    let straight = medium.table.gradients.is_none() && is_straight(&medium.table.bake(scene));
+    let plain = medium.table.gradients.is_none() && medium.varied == 0;
+    let straight = plain && is_straight(&medium.table.bake(scene));
     let dims = scene.volume.grid.dims;
     let values = [
         u32::from(medium.masked),

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::scene::transfer_function::OPACITY_MAX;
-use crate::scene::{Falloff, Light, PathTraceParams, Scene, world_from_map};
+use crate::scene::{Falloff, Light, PathTraceParams, Perturbation, Scene, world_from_map};
 use crate::technique::lights::environment;
 use crate::technique::phase_hg;
 use crate::technique::reference_medium::ReferenceMedium;
@@ -81,6 +81,8 @@ impl<'a> Tracer<'a> {
     fn new(scene: &'a Scene, params: &PathTraceParams) -> Self {
         let tf = &scene.medium.transfer_function;
         let s = &scene.statistics;
+        let perturbation = scene.medium.perturbation.as_ref();
+        let varied = perturbation.map_or(0.0, Perturbation::largest_variation);
         // All shapes together are no denser than the sum of their peaks.
         let shapes = tf.primitives.iter().map(|p| p.opacity);
         let shapes: f64 = shapes.map(|a| -(-a.min(OPACITY_MAX)).ln_1p()).sum();
@@ -92,7 +94,7 @@ impl<'a> Tracer<'a> {
         Self {
             scene,
             medium: ReferenceMedium::new(scene),
-            majorant: sigma_t.fold(1e-30, f64::max) * scene.medium.density_scale,
+            majorant: sigma_t.fold(1e-30, f64::max) * scene.medium.density_scale * (1.0 + varied),
             max_scatter: params.max_scatter.unwrap_or(u32::MAX),
         }
     }
