@@ -213,7 +213,7 @@ fn shapes_and_noise_name_what_was_found_and_expected() {
     let cases = [
         (
             shape("'cone'\nvalue = [0, 1]\ncolor = [1, 1, 1]\nopacity = 1"),
-            "2:9: transfer_function.primitives.0.shape: ",
+            "2:1: transfer_function.primitives.0.shape: found `cone`, expected one of `box`",
         ),
         (
             shape("'box'\nvalue = [1, 1]\ncolor = [1, 1, 1]\nopacity = 1"),
@@ -233,7 +233,7 @@ fn shapes_and_noise_name_what_was_found_and_expected() {
         ),
         (
             shape("'gaussian'\nvalue = [0, 1]\ncolor = [1, 1, 1]\nopacity = 1"),
-            "1:3: transfer_function.primitives.0.gradient: found none",
+            "1:1: transfer_function.primitives.0.gradient: found none",
         ),
         (
             shape(
@@ -297,7 +297,7 @@ fn shapes_and_noise_name_what_was_found_and_expected() {
     for (text, message) in &cases {
         fails(&[(text, message)]);
     }
-    let many = octave(&vec!["{ frequency = 1, displacement = 1 }"; 9].join(", "));
+    let many = octave(&["{ frequency = 1, displacement = 1 }"; 9].join(", "));
     fails(&[(&many, "2:1: medium.perturbation.octaves: found 9 octaves")]);
 }
 
