@@ -12,12 +12,12 @@ layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(std140, set = 0, binding = MATERIAL) uniform Material {
     vec4 gradient[3]; // data units a world unit, along the world's axes, of a difference of a texture value a voxel;
                       // w of the first: entries along gradients; of the second: their square a unit of gradient
-    vec4 world_from_grid[3];         // rows of the affine map to world units about the volume's centre
-    vec4 grid_from_world[3];         // rows of the linear map back; w unused
-    vec4 displacing[MAX_OCTAVES];    // xyz: coordinates of the noise at the volume's centre; w: tiles a world unit
-    vec4 displacement[MAX_OCTAVES];  // x: furthest along each axis, world units; yzw unused
-    vec4 varying_at[MAX_OCTAVES];      // as displacing
-    vec4 variation[MAX_OCTAVES];     // largest share by which colours are darker (rgb), extinction is other (a)
+    vec4 world_from_grid[3];        // rows of the affine map to world units about the volume's centre
+    vec4 grid_from_world[3];        // rows of the linear map back; w unused
+    vec4 displacing[MAX_OCTAVES];   // xyz: coordinates of the noise at the volume's centre; w: tiles a world unit
+    vec4 displacement[MAX_OCTAVES]; // x: furthest along each axis, world units; yzw unused
+    vec4 varying_at[MAX_OCTAVES];   // as displacing
+    vec4 variation[MAX_OCTAVES];    // largest share by which colours are darker (rgb), extinction is other (a)
 } material;
 // Colour and extinction over values and gradients.
 layout(set = 0, binding = MATERIAL + 1) uniform sampler2D gradient_table;

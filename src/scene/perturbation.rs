@@ -87,6 +87,13 @@ impl Perturbation {
         sum.min(1.0)
     }
 
+    /// Factor on the transfer function's colour, on average.
+    #[must_use]
+    pub fn mean_color(&self) -> DVec3 {
+        let darkest: DVec3 = self.octaves.iter().map(|o| o.color.as_dvec3()).sum();
+        1.0 - 0.5 * darkest
+    }
+
     /// Whether it changes with time.
     #[must_use]
     pub fn moves(&self) -> bool {

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
-    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, OctaveSpec,
-    PrimitiveSpec, RadiusSpec, RawSpec, ShadingSpec, TechniqueName,
+    ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, ShadingSpec,
+    TechniqueName,
 };
+use super::spec_medium::{AlbedoVolumeSpec, OctaveSpec, PrimitiveSpec};
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Primitive, Quantity, automatic, read_file};

@@ -1,16 +1,11 @@
 //! Ranges of values, checked before anything is read or chosen.
 
 use super::Rgb;
+use super::check_medium::{perturbation, primitives};
 use super::error::Problem;
 use super::spec::{
-    EnvironmentSpec, ExposureSpec, LightSpec, PerturbationSpec, PrimitiveSpec, RadiusSpec, RawSpec,
-    SceneSpec, ShadingSpec,
+    EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, SceneSpec, ShadingSpec,
 };
-use crate::scene::perturbation::MOST_OCTAVES;
-use crate::scene::transfer_function::Shape;
-
-/// Most shapes of a transfer function: a table is made of them, entry by entry.
-const MOST_PRIMITIVES: usize = 256;
 
 /// The first value that is out of range.
 pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
@@ -110,60 +105,10 @@ fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
             "stands without `points`, `extinction` or `primitives`, whose colours it describes",
         ));
     }
-    let list = t.primitives.as_deref().unwrap_or_default();
-    if t.primitives.is_some() && !(1..=MOST_PRIMITIVES).contains(&list.len()) {
-        let found = list.len();
-        return Err(Problem::new(
-            "transfer_function.primitives",
-            format!("found {found} shapes, expected 1 to {MOST_PRIMITIVES}"),
-        ));
-    }
-    for (i, shape) in list.iter().enumerate() {
-        primitive(&format!("transfer_function.primitives.{i}"), shape)?;
-    }
+    t.primitives.as_deref().map_or(Ok(()), primitives)?;
     rows("points", t.points.as_deref().unwrap_or_default())?;
     let extinction = t.extinction.as_deref().unwrap_or_default();
     rows("extinction", extinction)
-}
-
-fn primitive(key: &str, p: &PrimitiveSpec) -> Result<(), Problem> {
-    let of = |name: &str| format!("{key}.{name}");
-    p.value
-        .into_iter()
-        .try_for_each(|x| finite(&of("value"), Some(x)))?;
-    ascending(&of("value"), p.value)?;
-    match p.gradient {
-        Some([low, high]) => {
-            at_least(&of("gradient"), Some(low), 0.0)?;
-            ascending(&of("gradient"), [low, high])?;
-            if p.shape != Shape::Box {
-                finite(&of("gradient"), Some(high))?;
-            }
-        }
-        None if p.shape != Shape::Box => {
-            return Err(Problem::new(
-                &of("gradient"),
-                "found none, expected the lowest and highest of the shape; only a box may have all",
-            ));
-        }
-        None => {}
-    }
-    p.color
-        .into_iter()
-        .try_for_each(|x| at_least(&of("color"), Some(x), 0.0))?;
-    within(&of("opacity"), Some(p.opacity), 0.0, 1.0)
-}
-
-/// A range of some extent.
-fn ascending(key: &str, [low, high]: [f64; 2]) -> Result<(), Problem> {
-    // NaN is not above anything; two numbers may be too far apart for a float.
-    if high > low && (high == f64::INFINITY || (high - low).is_finite()) {
-        return Ok(());
-    }
-    Err(Problem::new(
-        key,
-        format!("found [{low}, {high}], expected two numbers, the second above the first"),
-    ))
 }
 
 /// Rows of value, colour and opacity or extinction.
@@ -187,57 +132,6 @@ fn rows(name: &str, rows: &[[f64; 5]]) -> Result<(), Problem> {
             within(&key(4), Some(row[4]), 0.0, 1.0)?;
         } else {
             at_least(&key(4), Some(row[4]), 0.0)?;
-        }
-    }
-    Ok(())
-}
-
-fn perturbation(p: &PerturbationSpec) -> Result<(), Problem> {
-    finite("medium.perturbation.time", p.time)?;
-    let found = p.octaves.len();
-    if !(1..=MOST_OCTAVES).contains(&found) {
-        return Err(Problem::new(
-            "medium.perturbation.octaves",
-            format!("found {found} octaves, expected 1 to {MOST_OCTAVES}"),
-        ));
-    }
-    let mut together = [0.0; 4];
-    for (i, octave) in p.octaves.iter().enumerate() {
-        let key = |name: &str| format!("medium.perturbation.octaves.{i}.{name}");
-        positive(&key("frequency"), Some(octave.frequency))?;
-        at_least(&key("displacement"), octave.displacement, 0.0)?;
-        within(&key("opacity"), octave.opacity, 0.0, 1.0)?;
-        let color = octave
-            .color
-            .map_or([0.0; 3], |c| c.0.to_array().map(f64::from));
-        color
-            .into_iter()
-            .try_for_each(|c| within(&key("color"), Some(c), 0.0, 1.0))?;
-        vector(&key("offset"), octave.offset, false)?;
-        vector(&key("velocity"), octave.velocity, false)?;
-        let opacity = octave.opacity.unwrap_or(0.0);
-        for (sum, share) in together
-            .iter_mut()
-            .zip([opacity, color[0], color[1], color[2]])
-        {
-            *sum += share;
-        }
-        let (name, most) = if together[0] > 1.0 + 1e-6 {
-            ("opacity", together[0])
-        } else {
-            ("color", together[1].max(together[2]).max(together[3]))
-        };
-        if most > 1.0 + 1e-6 {
-            return Err(Problem::new(
-                &key(name),
-                format!("found {most} of all octaves together, expected at most 1"),
-            ));
-        }
-        if octave.displacement.unwrap_or(0.0) + opacity + color.iter().sum::<f64>() == 0.0 {
-            return Err(Problem::new(
-                &format!("medium.perturbation.octaves.{i}"),
-                "found noise without effect, expected displacement, opacity or color above 0",
-            ));
         }
     }
     Ok(())
@@ -473,7 +367,7 @@ fn exclusive(table: &str, given: &[(&str, bool)]) -> Result<(), Problem> {
     }
 }
 
-fn within(key: &str, value: Option<f64>, min: f64, max: f64) -> Result<(), Problem> {
+pub(super) fn within(key: &str, value: Option<f64>, min: f64, max: f64) -> Result<(), Problem> {
     match value {
         Some(v) if !(min..=max).contains(&v) => Err(Problem::new(
             key,
@@ -483,7 +377,7 @@ fn within(key: &str, value: Option<f64>, min: f64, max: f64) -> Result<(), Probl
     }
 }
 
-fn at_least(key: &str, value: Option<f64>, min: f64) -> Result<(), Problem> {
+pub(super) fn at_least(key: &str, value: Option<f64>, min: f64) -> Result<(), Problem> {
     match value {
         Some(v) if !(v >= min && v.is_finite()) => Err(Problem::new(
             key,
@@ -493,7 +387,7 @@ fn at_least(key: &str, value: Option<f64>, min: f64) -> Result<(), Problem> {
     }
 }
 
-fn positive(key: &str, value: Option<f64>) -> Result<(), Problem> {
+pub(super) fn positive(key: &str, value: Option<f64>) -> Result<(), Problem> {
     match value {
         Some(v) if !(v > 0.0 && v.is_finite()) => Err(Problem::new(
             key,
@@ -503,7 +397,7 @@ fn positive(key: &str, value: Option<f64>) -> Result<(), Problem> {
     }
 }
 
-fn finite(key: &str, value: Option<f64>) -> Result<(), Problem> {
+pub(super) fn finite(key: &str, value: Option<f64>) -> Result<(), Problem> {
     match value {
         Some(v) if !v.is_finite() => Err(Problem::new(
             key,
@@ -513,7 +407,7 @@ fn finite(key: &str, value: Option<f64>) -> Result<(), Problem> {
     }
 }
 
-fn vector(key: &str, value: Option<[f64; 3]>, not_zero: bool) -> Result<(), Problem> {
+pub(super) fn vector(key: &str, value: Option<[f64; 3]>, not_zero: bool) -> Result<(), Problem> {
     let Some(v) = value else { return Ok(()) };
     v.into_iter().try_for_each(|x| finite(key, Some(x)))?;
     if not_zero && v == [0.0; 3] {
