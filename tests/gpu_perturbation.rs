@@ -261,7 +261,7 @@ fn noise_that_varies_an_even_medium_keeps_its_mean() {
 }
 
 #[test]
-fn a_smaller_step_and_a_finer_grid_change_hardly_anything() {
+fn a_smaller_step_changes_hardly_anything() {
     let device = device();
     let s = perturbed(blob());
     let at = |step| render(&device, &with(s.clone(), |p| p.step = step));
