@@ -35,6 +35,7 @@ fn extinction(rows: &[(f64, f64)]) -> TransferFunction {
         name: "test".to_owned(),
         points: rows.iter().map(point).collect(),
         quantity: Quantity::Extinction,
+        primitives: Vec::new(),
         opacity_unit_distance: 1.0,
     }
 }

@@ -12,7 +12,7 @@ use tyndall::technique::ambient_scattering::table::layout as preintegrate;
 use tyndall::technique::ambient_scattering::{
     self, AmbientMarchPush, AmbientUniform, GatherPush, TubePush,
 };
-use tyndall::technique::medium::{self, OccupancyPush};
+use tyndall::technique::medium::{self, MaterialUniform, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
 use tyndall::technique::single_scatter::{self, CacheLightPush, ScatterMarchPush, ScatterUniform};
@@ -91,6 +91,44 @@ fn blocks_have_the_offsets_of_their_rust_structs() {
         (push, size_of::<OccupancyPush>())
     );
     assert_eq!(block(&shader::MEDIUM_CELL_DISTANCE, None), (vec![0], 4));
+    material_blocks();
+}
+
+/// Every stage that reads the volume's material has its bindings last.
+fn material_blocks() {
+    let mut found = 0;
+    for layout in layouts() {
+        let Some(first) = layout.bindings.len().checked_sub(medium::MATERIAL.len()) else {
+            continue;
+        };
+        let source = flattened(&layout.shader);
+        if !source.contains("uniform Material {") {
+            continue;
+        }
+        found += 1;
+        assert_eq!(layout.bindings[first..], medium::MATERIAL);
+        let offsets = vec![
+            offset_of!(MaterialUniform, gradient),
+            offset_of!(MaterialUniform, world_from_grid),
+            offset_of!(MaterialUniform, grid_from_world),
+            offset_of!(MaterialUniform, displacing),
+            offset_of!(MaterialUniform, displacement),
+            offset_of!(MaterialUniform, varying_at),
+            offset_of!(MaterialUniform, variation),
+        ];
+        assert_eq!(
+            block(&layout.shader, Some(first as u32)),
+            (offsets, size_of::<MaterialUniform>()),
+            "{}",
+            layout.shader.name
+        );
+    }
+    assert!(found >= 28, "{found}");
+}
+
+fn flattened(shader: &Shader) -> String {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    tyndall::shaders::flatten(root, &shader.name.replace('.', "/")).unwrap()
 }
 
 #[test]
@@ -400,9 +438,14 @@ fn every_shader_has_a_layout_and_fits_the_smallest_limits() {
     }
 }
 
+/// A stage's own constants, and the material's.
+fn with_material(own: &[Specialization]) -> Vec<Specialization> {
+    [own, &medium::CONSTANTS].concat()
+}
+
 fn ambient_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     let constants = |i| match i {
-        0..4 => ambient_scattering::MARCH_CONSTANTS.to_vec(),
+        0..4 => with_material(&ambient_scattering::MARCH_CONSTANTS),
         4 => ambient_scattering::CACHE_CONSTANTS.to_vec(),
         _ => ambient_scattering::GATHER_CONSTANTS.to_vec(),
     };
@@ -412,8 +455,8 @@ fn ambient_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
 
 fn scatter_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     let constants = |i| match i {
-        0..4 => single_scatter::CACHE_CONSTANTS.to_vec(),
-        _ => single_scatter::MARCH_CONSTANTS.to_vec(),
+        0..4 => with_material(&single_scatter::CACHE_CONSTANTS),
+        _ => with_material(&single_scatter::MARCH_CONSTANTS),
     };
     let layouts = single_scatter::LAYOUTS.iter().enumerate();
     layouts.map(move |(i, layout)| (layout.shader, constants(i)))
@@ -421,16 +464,15 @@ fn scatter_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
 
 fn area_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     let area = summed_area::LAYOUTS.iter().take(4);
-    let area = area.map(|l| (l.shader, summed_area::CONSTANTS.to_vec()));
+    let area = area.map(|l| (l.shader, with_material(&summed_area::CONSTANTS)));
     let occluded = ambient_occlusion::LAYOUTS.iter();
-    area.chain(occluded.map(|l| (l.shader, ambient_occlusion::CONSTANTS.to_vec())))
+    area.chain(occluded.map(|l| (l.shader, with_material(&ambient_occlusion::CONSTANTS))))
 }
 
 #[test]
 fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     let constants = |shader: &Shader| -> Vec<(u32, String)> {
-        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-        let source = tyndall::shaders::flatten(root, &shader.name.replace('.', "/")).unwrap();
+        let source = flattened(shader);
         let lines = source
             .lines()
             .filter_map(|l| l.strip_prefix("layout(constant_id = "));
@@ -448,6 +490,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         size: 4,
         dims: glam::UVec3::ONE,
         reach: 15,
+        widen: 0,
     };
     for (shader, given) in [
         (
@@ -456,18 +499,39 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
         ),
         (shader::MEDIUM_CELL_MIN_MAX, cells.min_max_constants()),
         (shader::MEDIUM_CELL_OCCUPANCY, cells.reach_constants()),
-        (shader::MEDIUM_CELL_DISTANCE, cells.reach_constants()),
-        (shader::PATH_TRACE_TRACE, path_trace::CONSTANTS.to_vec()),
-        (shader::PATH_TRACE_TRACE_R8, path_trace::CONSTANTS.to_vec()),
-        (shader::PATH_TRACE_TRACE_R16, path_trace::CONSTANTS.to_vec()),
+        (shader::MEDIUM_CELL_DISTANCE, cells.distance_constants()),
+        (
+            shader::PATH_TRACE_TRACE,
+            with_material(&path_trace::CONSTANTS),
+        ),
+        (
+            shader::PATH_TRACE_TRACE_R8,
+            with_material(&path_trace::CONSTANTS),
+        ),
+        (
+            shader::PATH_TRACE_TRACE_R16,
+            with_material(&path_trace::CONSTANTS),
+        ),
         (
             shader::PATH_TRACE_TRACE_R32F,
-            path_trace::CONSTANTS.to_vec(),
+            with_material(&path_trace::CONSTANTS),
         ),
-        (shader::RAY_MARCH_MARCH, ray_march::CONSTANTS.to_vec()),
-        (shader::RAY_MARCH_MARCH_R8, ray_march::CONSTANTS.to_vec()),
-        (shader::RAY_MARCH_MARCH_R16, ray_march::CONSTANTS.to_vec()),
-        (shader::RAY_MARCH_MARCH_R32F, ray_march::CONSTANTS.to_vec()),
+        (
+            shader::RAY_MARCH_MARCH,
+            with_material(&ray_march::CONSTANTS),
+        ),
+        (
+            shader::RAY_MARCH_MARCH_R8,
+            with_material(&ray_march::CONSTANTS),
+        ),
+        (
+            shader::RAY_MARCH_MARCH_R16,
+            with_material(&ray_march::CONSTANTS),
+        ),
+        (
+            shader::RAY_MARCH_MARCH_R32F,
+            with_material(&ray_march::CONSTANTS),
+        ),
     ]
     .into_iter()
     .chain(scatter_constants())

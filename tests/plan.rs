@@ -8,10 +8,10 @@ use std::sync::Arc;
 use common::{constant, cube, points, scene, volume, with};
 use glam::{DVec3, UVec3, Vec3};
 use tyndall::gpu::{Format, Limits};
-use tyndall::scene::transfer_function::Quantity;
+use tyndall::scene::transfer_function::{Primitive, Quantity, Shape};
 use tyndall::scene::{
-    AmbientOcclusionParams, Light, LightCache, PathTraceParams, Plane, Radius, Scene, Shading,
-    SingleScatterParams, TechniqueParams, TransferFunction,
+    AmbientOcclusionParams, Light, LightCache, Octave, PathTraceParams, Perturbation, Plane,
+    Radius, Scene, Shading, SingleScatterParams, TechniqueParams, TransferFunction,
 };
 use tyndall::technique::medium::MediumPlan;
 use tyndall::technique::path_trace::leaves;
@@ -85,9 +85,14 @@ fn a_scene_gets_only_what_it_can_show() {
             ("LIGHT_COUNT", 0),
             ("POINT_LIGHTS", 0),
             ("SPREAD", 1),
-            ("BLOCK", 4)
+            ("BLOCK", 4),
+            ("GRADIENTS", 0),
+            ("DISPLACED", 0),
+            ("VARIED", 0)
         ]
     );
+    assert!(!has(&p, "noise") && left_out(&p, "noise").is_some());
+    assert!(!has(&p, "gradient_table") && left_out(&p, "gradient_table").is_some());
     assert!(!has(&p, "finite_mask") && has(&p, "cell_min_max"));
     assert!(left_out(&p, "gradient").unwrap().contains("shading is off"));
     assert!(
@@ -393,7 +398,7 @@ fn leaves_bound_every_sample() {
             (1000.0, Vec3::ONE, 0.2),
         ]),
     );
-    let table = medium::Table::choose(&s, 16383);
+    let table = medium::Table::choose(&s, &LIMITS);
     let baked = table.bake(&s);
     let leaves = leaves::leaves(&s, &table);
     let (dims, edge) = (s.volume.grid.dims, leaves::cell_edge(s.volume.grid.dims));
@@ -421,6 +426,60 @@ fn leaves_bound_every_sample() {
         checked += u32::from(sigma_t > 0.0);
     }
     assert!(checked > 1000, "{checked}");
+}
+
+#[test]
+fn shapes_and_noise_are_planned_where_a_scene_has_them() {
+    let mut s = sparse();
+    s.medium.transfer_function.primitives = vec![Primitive {
+        shape: Shape::Gaussian,
+        value: [10.0, 90.0],
+        gradient: [0.0, 5.0],
+        color: Vec3::ONE,
+        opacity: 0.5,
+    }];
+    let still = Octave {
+        frequency: 1.0,
+        displacement: 0.0,
+        opacity: 0.5,
+        color: Vec3::ZERO,
+        offset: DVec3::ZERO,
+        velocity: DVec3::ZERO,
+    };
+    let moving = Octave {
+        opacity: 0.0,
+        displacement: 5.0,
+        ..still
+    };
+    let noise = |octaves: &[Octave]| Perturbation {
+        seed: 0,
+        octaves: octaves.to_vec(),
+        time: 0.0,
+    };
+    s.medium.perturbation = Some(noise(&[still, moving, moving]));
+    let p = plan(&s, &LIMITS).unwrap();
+    let found = constants(&p);
+    for constant in [("GRADIENTS", 1), ("DISPLACED", 2), ("VARIED", 1)] {
+        assert!(found.contains(&constant), "{constant:?} {found:?}");
+    }
+    assert!(has(&p, "noise") && has(&p, "gradient_table"));
+    // Ten voxels are three cells further than without.
+    let distance = p.stages.iter().find(|s| s.name == "medium.cell_distance");
+    let values: Vec<_> = distance
+        .unwrap()
+        .specialization
+        .iter()
+        .map(|c| c.value)
+        .collect();
+    assert_eq!(values, [18, 3]);
+    // Further than the volume is large.
+    let far = Octave {
+        displacement: 1e6,
+        ..moving
+    };
+    s.medium.perturbation = Some(noise(&[far]));
+    let p = plan(&s, &LIMITS).unwrap();
+    assert!(left_out(&p, "cells").unwrap().contains("too far"));
 }
 
 fn scattered(mut scene: Scene, cache: LightCache) -> Result<Plan, PlanError> {

@@ -159,6 +159,7 @@ fn resolutions_agree() {
         Procedural::Supernova,
         Procedural::Cloud,
         Procedural::MechanicalPart,
+        Procedural::Cumulus,
     ] {
         let (coarse, fine) = (kind.volume(48), kind.volume(96));
         let difference = coarse_from_fine(&coarse, &fine, 0);

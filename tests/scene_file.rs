@@ -256,3 +256,57 @@ fn a_volume_file_takes_overrides_of_the_volume() {
     assert_eq!(file.spec.volume.file.as_deref(), Some("a/\"b\".nrrd"));
     assert_eq!(file.spec.volume.time, Some(3));
 }
+
+#[test]
+fn shapes_and_noise_reach_the_scene() {
+    let file = parse(
+        "[transfer_function]\ncolor_space = 'linear'\nopacity_unit_distance = 2\n\
+         [[transfer_function.primitives]]\nshape = 'box'\nvalue = [0.5, 2]\ncolor = [1, 0.5, 0]\nopacity = 0.25\n\
+         [[transfer_function.primitives]]\nshape = 'triangle'\nvalue = [0, 1]\ngradient = [0, 3]\n\
+         color = [0, 0, 1]\nopacity = 1\n\
+         [medium.perturbation]\nseed = 9\ntime = 0.5\noctaves = [\n\
+         { frequency = 2, displacement = 0.1, velocity = [0, 0, 1] },\n\
+         { frequency = 4, opacity = 0.5, color = 0.25, offset = [1, 2, 3] },\n]\n",
+    );
+    let scene = resolved(&file);
+    let function = &scene.medium.transfer_function;
+    assert_eq!(function.primitives.len(), 2);
+    assert_eq!(function.primitives[0].gradient, [0.0, f64::INFINITY]);
+    assert_eq!(function.primitives[0].color, Vec3::new(1.0, 0.5, 0.0));
+    assert!((function.material(0.75, 9.0).1 - -(0.75f64).ln() / 2.0).abs() < 1e-12);
+    let noise = scene.medium.perturbation.as_ref().unwrap();
+    assert_eq!((noise.seed, noise.time, noise.octaves.len()), (9, 0.5, 2));
+    assert_eq!(noise.octaves[0].displacement, 0.1);
+    assert_eq!(noise.octaves[1].color, Vec3::splat(0.25));
+    assert_eq!(noise.octaves[1].offset, DVec3::new(1.0, 2.0, 3.0));
+    let told = describe(&scene);
+    assert!(told["transfer_function"]["primitives"][0]["gradient"][1].is_null());
+    assert_eq!(told["medium"]["perturbation"]["octaves"][1]["opacity"], 0.5);
+    // Shapes give way to a preset on the command line.
+    let text = "[[transfer_function.primitives]]\nshape = 'box'\nvalue = [0, 1]\ncolor = [1, 1, 1]\nopacity = 1\n";
+    let file = set(text, &["transfer_function.preset=ct_bone"]).unwrap();
+    assert!(!resolved(&file).medium.transfer_function.has_gradients());
+}
+
+#[test]
+fn time_moves_noise_that_has_a_velocity_and_no_other() {
+    let noise = |velocity: &str| {
+        format!(
+            "[volume.procedural]\nname = 'cumulus'\nresolution = 4\n[medium.perturbation]\ntime = 0.25\n\
+             octaves = [{{ frequency = 2, displacement = 0.1, velocity = {velocity} }}]\n"
+        )
+    };
+    let mut file = parse(&noise("[0, 1, 0]"));
+    let time = |scene: &Scene| scene.medium.perturbation.as_ref().unwrap().time;
+    let quiet: &mut dyn FnMut(&str, u64, u64) = &mut |_, _, _| {};
+    let first = file.resolve_steps(3..=5, quiet).unwrap();
+    assert_eq!(time(&first), 3.25);
+    let next = file.at_step(&first, 4, &mut |_, _, _| {}).unwrap();
+    assert_eq!(time(&next), 4.25);
+    assert!(Arc::ptr_eq(&first.volume, &next.volume));
+    file.set_time(2).unwrap();
+    assert_eq!(time(&file.resolve(&mut |_, _, _| {}).unwrap()), 2.25);
+    let mut still = parse(&noise("[0, 0, 0]"));
+    let message = still.set_time(2).unwrap_err().to_string();
+    assert!(message.contains("or noise that moves"), "{message}");
+}

@@ -17,6 +17,9 @@ layout(constant_id = 7) const bool ALBEDO_VOLUME = false;
 #include "shared/transmittance.glsl"
 #include "shared/empty_space.glsl"
 
+#define MATERIAL 9
+#include "shared/material.glsl"
+
 const int BLOCK = 4;
 
 layout(std140, set = 0, binding = 1) uniform Occluded {
@@ -27,14 +30,11 @@ layout(std140, set = 0, binding = 1) uniform Occluded {
     vec4 environment;     // radiance times the factor of the albedo; w: factor on the colour that gives the emission
 } occluded;
 
-layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;
 layout(set = 0, binding = 7) uniform sampler3D occlusion;
 layout(set = 0, binding = 8) uniform sampler3D albedo_volume;
 
 // The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
-vec4 table;
-vec3 last_voxel; // largest grid coordinates
 float tau_end;
 
 layout(push_constant) uniform Push {
@@ -63,18 +63,13 @@ struct Block {
     vec3 color[BLOCK];
 };
 
-// 1 only where no voxel in the filter's reach is NaN or infinite.
-float finite_weight(vec3 q) {
-    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
-}
-
 // Samples i to i + BLOCK - 1; those past the ray's end, or its last that can be seen, have no weight.
 Block sample_block(SteppedRay grid, int i, int count, float dt, inout Path path) {
     Block block;
     float values[MAX_BLOCK];
-    block_values(grid.first, grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(grid.first, grid.per_step, i, BLOCK, values);
     for (int k = 0; k < BLOCK; ++k) {
-        vec4 material = table_at(clamp((values[k] - table.x) * table.y, 0.0, table.z - 1.0), table.z);
+        vec4 material = material_of(values[k], grid.first + float(i + k) * grid.per_step);
         float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;
         if (MASKED) dtau *= finite_weight(grid.first + float(i + k) * grid.per_step);
         path.tau += dtau;
@@ -98,7 +93,7 @@ void gather(Block block, SteppedRay grid, SteppedRay field, int i, int count, in
         vec3 albedo = block.color[k];
         if (ALBEDO_VOLUME) {
             vec3 q = grid.first + float(i + k) * grid.per_step;
-            albedo = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
+            albedo = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
         }
         path.lit += block.weight[k] * mix(first, last, (float(k) + 0.5) * per_sample) * albedo;
     }
@@ -141,6 +136,7 @@ vec4 march_ray(Ray ray, vec2 t) {
 void main() {
     table = occluded.table;
     last_voxel = occluded.dims.xyz - 1.0;
+    load_material();
     tau_end = occluded.cell_scale.w;
     // Tiles are dealt out to SPREAD streams, so that drivers which give each thread one contiguous
     // run of workgroups still share the picture's busy middle evenly.

@@ -40,25 +40,17 @@ ViewRay view_ray(Ray camera, vec2 t, int count) {
     return ViewRay(x_first, camera.direction, grid, dt, radius / dt);
 }
 
-float entry_of(float value) {
-    return clamp((value - table.x) * table.y, 0.0, table.z - 1.0);
-}
-
-// 1 only where no voxel in the filter's reach is NaN or infinite.
-float finite_weight(vec3 q) {
-    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
-}
-
 // Depths of the samples a radius nearer to the eye than i to i + BLOCK - 1 [Ament2013, Algorithm 1].
 void delayed_depths(ViewRay ray, int i, int count, out float dtau[BLOCK]) {
     vec3 q = ray.grid.first - ray.delay * ray.grid.per_step;
     float values[MAX_BLOCK];
-    block_values(q, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(q, ray.grid.per_step, i, BLOCK, values);
     for (int k = 0; k < BLOCK; ++k) {
         // Before the volume there is nothing.
         float at = float(i + k) - ray.delay;
-        dtau[k] = i + k < count && at > -0.5 ? extinction_at(entry_of(values[k]), table.z) * ray.dt : 0.0;
-        if (MASKED) dtau[k] *= finite_weight(q + float(i + k) * ray.grid.per_step);
+        vec3 place = q + float(i + k) * ray.grid.per_step;
+        dtau[k] = i + k < count && at > -0.5 ? extinction_of(values[k], place) * ray.dt : 0.0;
+        if (MASKED) dtau[k] *= finite_weight(place);
     }
 }
 
@@ -66,13 +58,14 @@ void delayed_depths(ViewRay ray, int i, int count, out float dtau[BLOCK]) {
 Block sample_block(ViewRay ray, int i, int count, float tau_end, inout Depths depths) {
     Block block;
     float values[MAX_BLOCK], delayed[BLOCK];
-    block_values(ray.grid.first, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(ray.grid.first, ray.grid.per_step, i, BLOCK, values);
     if (LITERAL_GATHER) delayed_depths(ray, i, count, delayed);
     block.tau[0] = depths.at;
     for (int k = 0; k < BLOCK; ++k) {
-        vec4 material = table_at(entry_of(values[k]), table.z);
+        vec3 q = ray.grid.first + float(i + k) * ray.grid.per_step;
+        vec4 material = material_of(values[k], q);
         float dtau = i + k < count && depths.from < tau_end ? material.a * ray.dt : 0.0;
-        if (MASKED) dtau *= finite_weight(ray.grid.first + float(i + k) * ray.grid.per_step);
+        if (MASKED) dtau *= finite_weight(q);
         depths.at += dtau;
         block.dtau[k] = dtau;
         block.tau[k + 1] = depths.at;
@@ -80,10 +73,7 @@ Block sample_block(ViewRay ray, int i, int count, float tau_end, inout Depths de
         depths.from = LITERAL_GATHER ? depths.from + delayed[k] : depths.at;
         block.color[k] = material.rgb;
         block.albedo[k] = material.rgb;
-        if (ALBEDO_VOLUME) {
-            vec3 q = ray.grid.first + float(i + k) * ray.grid.per_step;
-            block.albedo[k] = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
-        }
+        if (ALBEDO_VOLUME) block.albedo[k] = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
     }
     block.is_lit = depths.at > block.tau[0];
     return block;

@@ -21,7 +21,7 @@ vec3 highlight(Block block, ViewRay ray, int i) {
     vec3 q = ray.grid.first + at * ray.grid.per_step;
     for (uint l = 0; l < count; ++l) {
         if (l == 0) {
-            vec3 d = value_differences(q, last_voxel);
+            vec3 d = differences_at(q);
             n = vec3(dot(ambient.gradient[0].xyz, d), dot(ambient.gradient[1].xyz, d),
                      dot(ambient.gradient[2].xyz, d));
             // No direction can be told below 1e-15 of the data range a voxel.

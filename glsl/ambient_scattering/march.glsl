@@ -33,13 +33,11 @@ const bool AT_NODES = false;
 #include "shared/empty_space.glsl"
 #include "shared/phase.glsl"
 #include "shared/transmittance.glsl"
+#define MATERIAL 14
+#include "shared/material.glsl"
 
-layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;
 layout(set = 0, binding = 12) uniform sampler3D albedo_volume;
-
-vec4 table;
-vec3 last_voxel; // largest grid coordinates
 
 #include "ambient_scattering/look.glsl"
 #include "ambient_scattering/cache.glsl"
@@ -90,6 +88,7 @@ vec4 march_ray(Ray camera, vec2 t) {
 void main() {
     table = ambient.table;
     last_voxel = ambient.dims.xyz - 1.0;
+    load_material();
     load_ambient();
     load_look();
     load_cache();

@@ -1,10 +1,12 @@
 // One axis of the chessboard distance from every cell to the nearest occupied one, at most REACH:
-// out(c) = min over c' on the axis of max(|c - c'|, in(c')).
+// out(c) = min over c' on the axis of max(|c - c'|, in(c')); along the last axis less the cells by which noise moves
+// what is looked up, which are as good as occupied.
 // Domain: one invocation a cell, once an axis. Dispatched by technique/medium/record.rs.
 #version 460
 layout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;
 
 layout(constant_id = 0) const uint REACH = 15;
+layout(constant_id = 1) const uint WIDEN = 0;
 
 layout(set = 0, binding = 0) uniform usampler3D distance_in;
 layout(set = 0, binding = 1) writeonly uniform uimage3D distance_out;
@@ -26,5 +28,6 @@ void main() {
         uint above = here + k < size[push.axis] ? texelFetch(distance_in, cell + k * along, 0).r : REACH;
         nearest = min(nearest, max(uint(k), min(below, above)));
     }
+    if (push.axis == 2) nearest -= min(nearest, WIDEN);
     imageStore(distance_out, cell, uvec4(nearest));
 }

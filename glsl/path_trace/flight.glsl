@@ -9,7 +9,6 @@ const uint COLLIDED = 1;
 const uint ARRIVED = 2;
 
 // The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
-vec4 table;
 vec3 dims;
 float albedo;
 float emission;
@@ -31,6 +30,8 @@ Light lights[LIGHT_COUNT + 1];
 void load_block() {
     table = trace.table;
     dims = trace.dims.xyz;
+    last_voxel = dims - 1.0;
+    load_material();
     albedo = trace.dims.w;
     bounds = trace.bounds.xyz;
     emission = trace.bounds.w;
@@ -117,16 +118,14 @@ void set_out(inout Walker p) {
     p.transmittance = 1.0;
 }
 
-float extinction_of(float value) {
+float sigma_t_of(float value, vec3 q) {
     if (STRAIGHT) return max(line.x + line.y * (value - table.x), 0.0);
-    float entry = clamp((value - table.x) * table.y, 0.0, table.z - 1.0);
-    return extinction_at(entry, table.z);
+    return extinction_of(value, q);
 }
 
-vec3 color_at(float value) {
+vec3 color_of(float value, vec3 q) {
     if (STRAIGHT) return straight;
-    float entry = clamp((value - table.x) * table.y, 0.0, table.z - 1.0);
-    return table_at(entry, table.z).rgb;
+    return material_of(value, q).rgb;
 }
 
 // From where the flight is to the next tentative collision, the leaf's face or the end.
@@ -155,9 +154,9 @@ uint stretch(inout Walker p, inout Flight f, bool shadow) {
     p.t = t;
     uint outcome = t >= p.t_end ? ARRIVED : ON_THE_WAY;
     vec3 q = f.q + t * f.dq;
-    float value = value_at(q, dims - 1.0);
-    float sigma_t = extinction_of(value);
-    if (MASKED && textureLod(finite_mask, (q + 0.5) / dims, 0.0).r < 0.999) sigma_t = 0.0;
+    float value = value_of(q);
+    float sigma_t = sigma_t_of(value, q);
+    if (MASKED) sigma_t *= finite_weight(q);
     if (hit) {
         vec4 u = uniforms(p);
         p.tau_left = -log(1.0 - u.x);

@@ -35,7 +35,6 @@ layout(std140, set = 0, binding = 1) uniform Trace {
     Light lights[MAX_LIGHTS];
 } trace;
 
-layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;  // mean of the samples
 layout(set = 0, binding = 7, rgba32f) uniform image2D moments;   // rgb: their squared deviations
 layout(set = 0, binding = 8, rgba32ui) uniform uimage3D walkers; // one layer a vector of Walker
@@ -52,6 +51,8 @@ layout(push_constant) uniform Push {
     uint first;   // 1: walkers hold nothing yet
 } push;
 
+#define MATERIAL 13
+#include "shared/material.glsl"
 #include "path_trace/walker.glsl"
 #include "path_trace/flight.glsl"
 #include "path_trace/light.glsl"
@@ -60,10 +61,10 @@ layout(push_constant) uniform Push {
 bool scatter(inout Walker p, Flight flight) {
     vec4 u = uniforms(p);
     if (p.met == 0.0) p.met = p.throughput.x;
-    vec3 color = color_at(flight.value);
+    vec3 q = flight.q + p.t * flight.dq;
+    vec3 color = color_of(flight.value, q);
     p.gathered += p.throughput * emission * color;
-    vec3 place = (flight.q + p.t * flight.dq + 0.5) / dims;
-    p.throughput *= albedo * (ALBEDO_VOLUME ? textureLod(albedo_volume, place, 0.0).rgb : color);
+    p.throughput *= albedo * (ALBEDO_VOLUME ? textureLod(albedo_volume, texture_of(q), 0.0).rgb : color);
     float brightest = max(p.throughput.r, max(p.throughput.g, p.throughput.b));
     // Below a quarter of their first weight paths end by chance, the others carry on for them.
     float survival = min(4.0 * brightest / p.met, 1.0);

@@ -19,6 +19,9 @@ layout(constant_id = 9) const int BLOCK = 4;
 #include "shared/transmittance.glsl"
 #include "shared/empty_space.glsl"
 
+#define MATERIAL 7
+#include "shared/material.glsl"
+
 const float INV_PI = 0.318309886;
 
 layout(std140, set = 0, binding = 1) uniform March {
@@ -31,12 +34,9 @@ layout(std140, set = 0, binding = 1) uniform March {
     Light lights[MAX_LIGHTS];
 } march;
 
-layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, rgba32f) uniform image2D radiance;
 
 // The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
-vec4 table;
-vec3 last_voxel; // largest grid coordinates
 float tau_end;
 mat3 world_from_difference;
 vec4 ambient;
@@ -49,20 +49,10 @@ layout(push_constant) uniform Push {
     uint sub_sample;
 } push;
 
-// Colour (rgb) and extinction (a) of a texture value.
-vec4 classify(float value) {
-    return table_at(clamp((value - table.x) * table.y, 0.0, table.z - 1.0), table.z);
-}
-
-// 1 only where no voxel in the filter's reach is NaN or infinite.
-float finite_weight(vec3 q) {
-    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
-}
-
 // Central differences one voxel to either side (clamped at the faces), turned into a world-space
 // direction; its length is relative to the data range a voxel.
 vec3 world_gradient(vec3 q) {
-    return world_from_difference * value_differences(q, last_voxel);
+    return world_from_difference * differences_at(q);
 }
 
 // Radiance towards w_o, at world position x, of samples of the given weight and weighted colour.
@@ -116,9 +106,9 @@ struct Block {
 Block sample_block(GridRay ray, int i, int count, float dt, inout Path path) {
     Block block;
     float values[MAX_BLOCK];
-    block_values(ray.first, ray.per_step, i, BLOCK, last_voxel, values);
+    values_of(ray.first, ray.per_step, i, BLOCK, values);
     for (int k = 0; k < BLOCK; ++k) {
-        vec4 material = classify(values[k]);
+        vec4 material = material_of(values[k], ray.first + float(i + k) * ray.per_step);
         float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;
         if (MASKED) dtau *= finite_weight(ray.first + float(i + k) * ray.per_step);
         path.tau += dtau;
@@ -201,6 +191,7 @@ vec4 march_ray(Ray ray, vec2 t) {
 void main() {
     table = march.table;
     last_voxel = march.dims.xyz - 1.0;
+    load_material();
     tau_end = march.cell_scale.w;
     if (SHADE) {
         world_from_difference = mat3(march.gradient[0].xyz, march.gradient[1].xyz, march.gradient[2].xyz);

@@ -147,9 +147,10 @@ void cached_depths(Block block, ViewRay ray, int i, int count, Light light, int 
     for (int n = 0; n < samples; ++n) {
         float part = (float(n) + 0.5) / float(NEAR);
         float values[MAX_BLOCK];
-        block_values(q + part * off, ray.grid.per_step + part * doff, 0, BLOCK + 1, last_voxel, values);
+        vec3 q_0 = q + part * off, dq = ray.grid.per_step + part * doff;
+        values_of(q_0, dq, 0, BLOCK + 1, values);
         for (int k = 0; k <= BLOCK; ++k) {
-            float dtau = extinction_at(entry_of(values[k]), table.z) * length_way[k];
+            float dtau = extinction_of(values[k], q_0 + float(k) * dq) * length_way[k];
             dtau *= clamp(room[k] * float(NEAR) - float(n), 0.0, 1.0);
             depths[k] += dtau;
         }

@@ -9,6 +9,7 @@ layout(constant_id = 3) const bool CLIP_PLANE = false;
 layout(constant_id = 4) const bool POINT_LIGHTS = false;
 layout(constant_id = 5) const uint SPREAD = 1;
 
+#define MATERIAL 7
 #include "single_scatter/shadow.glsl"
 
 layout(set = 0, binding = 6, r32f) writeonly uniform image3D light_depth;

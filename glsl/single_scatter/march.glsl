@@ -14,6 +14,7 @@ layout(constant_id = 8) const bool ISOTROPIC = false;
 layout(constant_id = 9) const bool EMISSION = false;
 layout(constant_id = 10) const bool ALBEDO_VOLUME = false;
 
+#define MATERIAL 9
 #include "single_scatter/shadow.glsl"
 #include "single_scatter/depths.glsl"
 #include "shared/phase.glsl"
@@ -40,21 +41,19 @@ float phase(float cos_theta) {
 Block sample_block(ViewRay ray, int i, int count, float tau, float tau_end) {
     Block block;
     float values[MAX_BLOCK];
-    block_values(ray.grid.first, ray.grid.per_step, i, BLOCK, last_voxel, values);
+    values_of(ray.grid.first, ray.grid.per_step, i, BLOCK, values);
     block.tau[0] = tau;
     for (int k = 0; k < BLOCK; ++k) {
-        vec4 material = table_at(entry_of(values[k]), table.z);
+        vec3 q = ray.grid.first + float(i + k) * ray.grid.per_step;
+        vec4 material = material_of(values[k], q);
         float dtau = i + k < count && tau < tau_end ? material.a * ray.dt : 0.0;
-        if (MASKED) dtau *= finite_weight(ray.grid.first + float(i + k) * ray.grid.per_step);
+        if (MASKED) dtau *= finite_weight(q);
         tau += dtau;
         block.dtau[k] = dtau;
         block.tau[k + 1] = tau;
         block.color[k] = material.rgb;
         block.albedo[k] = material.rgb;
-        if (ALBEDO_VOLUME) {
-            vec3 q = ray.grid.first + float(i + k) * ray.grid.per_step;
-            block.albedo[k] = textureLod(albedo_volume, (q + 0.5) / (last_voxel + 1.0), 0.0).rgb;
-        }
+        if (ALBEDO_VOLUME) block.albedo[k] = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
     }
     return block;
 }

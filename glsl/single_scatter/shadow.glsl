@@ -4,6 +4,7 @@
 #include "shared/inside.glsl"
 #include "shared/lights.glsl"
 #include "shared/empty_space.glsl"
+#include "shared/material.glsl"
 
 // Samples in a row between two looks at the cells.
 const int BLOCK = 4;
@@ -22,26 +23,14 @@ layout(std140, set = 0, binding = 1) uniform Scatter {
     Light lights[MAX_LIGHTS];
 } scatter;
 
-layout(set = 0, binding = 5) uniform sampler3D finite_mask;
-
 // The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
-vec4 table;
-vec3 last_voxel; // largest grid coordinates
-vec3 cells;      // a unit of texture coordinate
+vec3 cells;     // a unit of texture coordinate
 
 void load_block() {
     table = scatter.table;
     last_voxel = scatter.dims.xyz - 1.0;
+    load_material();
     cells = scatter.cell_scale.xyz;
-}
-
-float entry_of(float value) {
-    return clamp((value - table.x) * table.y, 0.0, table.z - 1.0);
-}
-
-// 1 only where no voxel in the filter's reach is NaN or infinite.
-float finite_weight(vec3 q) {
-    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
 }
 
 // A ray in voxels: where its first sample lies, and the step to the next.
@@ -84,10 +73,11 @@ float shadow_depth(vec3 x, Light light) {
             if (i >= count) break;
         }
         float values[MAX_BLOCK];
-        block_values(grid.first, grid.per_step, i, BLOCK, last_voxel, values);
+        values_of(grid.first, grid.per_step, i, BLOCK, values);
         for (int k = 0; k < BLOCK; ++k) {
-            float dtau = i + k < count ? extinction_at(entry_of(values[k]), table.z) * dt : 0.0;
-            if (MASKED) dtau *= finite_weight(grid.first + float(i + k) * grid.per_step);
+            vec3 q = grid.first + float(i + k) * grid.per_step;
+            float dtau = i + k < count ? extinction_of(values[k], q) * dt : 0.0;
+            if (MASKED) dtau *= finite_weight(q);
             tau += dtau;
         }
         i += BLOCK;

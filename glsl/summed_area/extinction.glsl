@@ -11,6 +11,8 @@ layout(constant_id = 5) const bool SPLIT = false;  // cells are parts of voxels
 layout(constant_id = 6) const bool SQUARES = false; // their squares are summed too
 
 #include "shared/view.glsl"
+#define MATERIAL 8
+#include "shared/material.glsl"
 
 layout(std140, set = 0, binding = 1) uniform Area {
     vec4 table;              // texture value of the first entry, entries a unit of it, entries; w: levels
@@ -21,7 +23,6 @@ layout(std140, set = 0, binding = 1) uniform Area {
     vec4 world_from_grid[3]; // rows of the affine map to world units about the volume's centre
 } area;
 
-layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6, r32ui) writeonly uniform uimage3D sums;
 layout(set = 0, binding = 7, r32ui) writeonly uniform uimage3D squares;
 
@@ -38,18 +39,13 @@ vec3 world_of(vec3 place) {
 
 // Whether a place counts, given by grid coordinates: it is finite and not clipped away.
 bool is_kept(vec3 place) {
-    if (MASKED && textureLod(finite_mask, (place + 0.5) / vec3(area.dims.xyz), 0.0).r < 0.999) return false;
+    if (MASKED && finite_weight(place) == 0.0) return false;
     if (CLIP_BOX) {
         vec3 x = world_of(place);
         if (any(lessThan(x, view.clip_min.xyz)) || any(greaterThan(x, view.clip_max.xyz))) return false;
     }
     if (CLIP_PLANE && dot(view.clip_plane.xyz, world_of(place)) + view.clip_plane.w < 0.0) return false;
     return true;
-}
-
-float extinction_of(float value) {
-    vec4 table = area.table;
-    return extinction_at(clamp((value - table.x) * table.y, 0.0, table.z - 1.0), table.z);
 }
 
 // Sum over the voxels of a cell.
@@ -67,18 +63,21 @@ float sum_of(ivec3 cell) {
     for (int z = first.z; z < end.z; ++z)
         for (int y = first.y; y < end.y; ++y)
             for (int x = first.x; x < end.x; ++x)
-                sum += is_kept(vec3(x, y, z)) ? extinction_of(texel(x, y, z)) : 0.0;
+                sum += is_kept(vec3(x, y, z)) ? extinction_of(value_of_voxel(ivec3(x, y, z)), vec3(x, y, z)) : 0.0;
     return sum;
 }
 
 void main() {
     ivec3 cell = ivec3(gl_GlobalInvocationID.xy, gl_GlobalInvocationID.z + push.first_slice);
     if (gl_GlobalInvocationID.z >= push.slice_count || any(greaterThanEqual(cell, imageSize(sums)))) return;
+    table = area.table;
+    last_voxel = vec3(area.dims.xyz) - 1.0;
+    load_material();
     vec3 middle = (vec3(cell) + 0.5) / vec3(area.split.xyz) - 0.5;
     float sum;
-    if (SPLIT) sum = is_kept(middle) ? extinction_of(value_at(middle, vec3(area.dims.xyz) - 1.0)) : 0.0;
+    if (SPLIT) sum = is_kept(middle) ? extinction_of(value_of(middle), middle) : 0.0;
     else sum = sum_of(cell);
-    float level = sum * area.table.w;
+    float level = sum * table.w;
     imageStore(sums, cell, uvec4(uint(level + 0.5)));
     // In levels of which the densest cell has as many.
     if (SQUARES) imageStore(squares, cell, uvec4(uint(level * level / float(area.dims.w) + 0.5)));

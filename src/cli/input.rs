@@ -17,7 +17,7 @@ use crate::volume::{PLACE, RawLayout, ReadOptions, ScalarType};
 pub(super) struct SceneArgs {
     /// A scene (.toml), a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .raw), a numbered series of such
     /// files with {} for the number, as `flow_{}.vti`, or a procedural volume: marschner_lobb, shepp_logan,
-    /// supernova, cloud, mechanical_part. Default: the built-in scene.
+    /// supernova, cloud, mechanical_part, cumulus. Default: the built-in scene.
     pub(super) input: Option<PathBuf>,
     /// Override a key of the scene, e.g. `--set technique.ray_march.step=0.25`.
     #[arg(long = "set", value_name = "KEY=VALUE")]

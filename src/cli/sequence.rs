@@ -62,7 +62,8 @@ pub(super) fn run(global: &Global, args: &RenderArgs, steps: Steps) -> Result<()
         file,
         outputs,
         device: global.open_device()?,
-        count,
+        // Names have room for the last step, where steps are endless.
+        count: count.max(steps.end().saturating_add(1)),
         last: *steps.end(),
     };
     let mut renderer = Renderer::new(&run.device, scene)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::TransferFunction;
+use super::{Perturbation, TransferFunction};
 use crate::volume::ColorVolume;
 
 /// How data values become extinction, albedo and phase.
@@ -14,6 +14,8 @@ pub struct Medium {
     pub density_scale: f64,
     /// Factor on the colour that gives `albedo_rgb`, in [0, 1]. Not used by emission-absorption.
     pub albedo: f64,
+    /// Noise that moves what is looked up, and varies what is found.
+    pub perturbation: Option<Perturbation>,
     /// Colours that take the place of the transfer function's in `albedo_rgb`, over the same box.
     pub albedo_volume: Option<Arc<ColorVolume>>,
     /// Factor on the colour that gives the radiance that the medium emits where it is opaque, >= 0:

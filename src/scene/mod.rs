@@ -8,6 +8,7 @@ pub mod framing;
 mod lat_long_map;
 mod light;
 mod medium;
+pub mod perturbation;
 mod settings;
 pub mod transfer_function;
 
@@ -17,6 +18,7 @@ pub use color::{linear_from_srgb, srgb_from_linear};
 pub use lat_long_map::{LatLongMap, LatLongMapError};
 pub use light::{Falloff, Light, world_from_map};
 pub use medium::Medium;
+pub use perturbation::{Octave, Perturbation};
 pub use settings::{
     AmbientOcclusionParams, AmbientScatteringParams, Exposure, Gather, ImageSettings, LightCache,
     PathTraceParams, RadianceCache, Radius, RayMarchParams, Shading, SingleScatterParams,

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 pub enum Input {
     /// Voxels or their place in the world.
     Volume,
-    /// Colour, opacity and density scale.
+    /// Colour, opacity, density scale and noise.
     TransferFunction,
     /// Phase function, albedo and emission.
     Phase,
@@ -108,10 +108,12 @@ impl Inputs {
             (
                 Input::TransferFunction,
                 a.transfer_function.points != b.transfer_function.points
+                    || a.transfer_function.primitives != b.transfer_function.primitives
                     || a.transfer_function.quantity != b.transfer_function.quantity
                     || a.transfer_function.opacity_unit_distance
                         != b.transfer_function.opacity_unit_distance
-                    || a.density_scale != b.density_scale,
+                    || a.density_scale != b.density_scale
+                    || a.perturbation != b.perturbation,
             ),
             (
                 Input::Phase,

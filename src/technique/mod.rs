@@ -16,6 +16,7 @@ pub mod path_trace;
 mod phase;
 mod plan;
 pub mod ray_march;
+mod reference_medium;
 mod reference_ray;
 mod renderer;
 pub mod single_scatter;

@@ -161,6 +161,7 @@ impl Renderer {
         let target = Target::new(&self.device, size, target)?;
         let mut technique = plan.create(&self.device, &medium, &target, technique)?;
         target.write_view(&self.scene);
+        medium.write_uniforms(&self.scene);
         technique.write_uniforms(&self.scene, &medium);
         let mut stages = Vec::new();
         if self.dirty.contains(Input::Volume) {

@@ -96,6 +96,7 @@ pub fn points(list: &[(f64, Vec3, f64)]) -> TransferFunction {
         name: "test".to_owned(),
         points: points.collect(),
         quantity: Quantity::Opacity,
+        primitives: Vec::new(),
         opacity_unit_distance: 1.0,
     }
 }
@@ -119,6 +120,7 @@ pub fn scene(volume: Volume, transfer_function: TransferFunction) -> Scene {
             transfer_function,
             density_scale: 1.0,
             albedo: 1.0,
+            perturbation: None,
             albedo_volume: None,
             emission: 0.0,
             phase_g: 0.0,

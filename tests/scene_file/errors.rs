@@ -207,6 +207,101 @@ fn values_out_of_range_name_what_was_found_and_expected() {
 }
 
 #[test]
+fn shapes_and_noise_name_what_was_found_and_expected() {
+    let shape = |rest: &str| format!("[[transfer_function.primitives]]\nshape = {rest}");
+    let octave = |rest: &str| format!("[medium.perturbation]\noctaves = [{rest}]");
+    let cases = [
+        (
+            shape("'cone'\nvalue = [0, 1]\ncolor = [1, 1, 1]\nopacity = 1"),
+            "2:1: transfer_function.primitives.0.shape: found `cone`, expected one of `box`",
+        ),
+        (
+            shape("'box'\nvalue = [1, 1]\ncolor = [1, 1, 1]\nopacity = 1"),
+            "3:1: transfer_function.primitives.0.value: found [1, 1], expected two numbers, the second above",
+        ),
+        (
+            shape("'box'\nvalue = [0, inf]\ncolor = [1, 1, 1]\nopacity = 1"),
+            "3:1: transfer_function.primitives.0.value: found inf, expected a finite number",
+        ),
+        (
+            shape("'box'\nvalue = [-1e308, 1e308]\ncolor = [1, 1, 1]\nopacity = 1"),
+            "3:1: transfer_function.primitives.0.value: found [",
+        ),
+        (
+            shape("'box'\nvalue = [0, 1]\ngradient = [-1, 1]\ncolor = [1, 1, 1]\nopacity = 1"),
+            "4:1: transfer_function.primitives.0.gradient: found -1, expected a finite number of at least 0",
+        ),
+        (
+            shape("'gaussian'\nvalue = [0, 1]\ncolor = [1, 1, 1]\nopacity = 1"),
+            "1:1: transfer_function.primitives.0.gradient: found none",
+        ),
+        (
+            shape(
+                "'triangle'\nvalue = [0, 1]\ngradient = [0, inf]\ncolor = [1, 1, 1]\nopacity = 1",
+            ),
+            "4:1: transfer_function.primitives.0.gradient: found inf, expected a finite number",
+        ),
+        (
+            shape("'box'\nvalue = [0, nan]\ncolor = [1, 1, 1]\nopacity = 1"),
+            "3:1: transfer_function.primitives.0.value: found NaN",
+        ),
+        (
+            shape("'box'\nvalue = [0, 1]\ncolor = [1, -1, 1]\nopacity = 1"),
+            "4:1: transfer_function.primitives.0.color: found -1",
+        ),
+        (
+            shape("'box'\nvalue = [0, 1]\ncolor = [1, 1, 1]\nopacity = 2"),
+            "5:1: transfer_function.primitives.0.opacity: found 2, expected a number from 0 to 1",
+        ),
+        (
+            "[transfer_function]\nprimitives = []".to_owned(),
+            "2:1: transfer_function.primitives: found 0 shapes, expected 1 to 256",
+        ),
+        (
+            "[transfer_function]\nprimitives = []\npreset = 'ct_bone'".to_owned(),
+            "2:1: transfer_function.primitives: found beside `preset`",
+        ),
+        (
+            "[medium.perturbation]\noctaves = []".to_owned(),
+            "2:1: medium.perturbation.octaves: found 0 octaves, expected 1 to 8",
+        ),
+        (
+            "[medium.perturbation]\nseed = 1".to_owned(),
+            "1:9: medium.perturbation: ",
+        ),
+        (
+            octave("{ frequency = 0, displacement = 1 }"),
+            "2:14: medium.perturbation.octaves.0.frequency: found 0, expected a finite number above 0",
+        ),
+        (
+            octave("{ frequency = 1 }"),
+            "2:12: medium.perturbation.octaves.0: found noise without effect",
+        ),
+        (
+            octave("{ frequency = 1, displacement = inf }"),
+            "2:29: medium.perturbation.octaves.0.displacement: found inf",
+        ),
+        (
+            octave("{ frequency = 1, opacity = 0.7 }, { frequency = 2, opacity = 0.7 }"),
+            "2:63: medium.perturbation.octaves.1.opacity: found 1.4 of all octaves together, expected at most 1",
+        ),
+        (
+            octave("{ frequency = 1, color = [0, 1.5, 0] }"),
+            "2:29: medium.perturbation.octaves.0.color: found 1.5",
+        ),
+        (
+            octave("{ frequency = 1, opacity = 0.5, velocity = [0, nan, 0] }"),
+            "2:44: medium.perturbation.octaves.0.velocity: found NaN",
+        ),
+    ];
+    for (text, message) in &cases {
+        fails(&[(text, message)]);
+    }
+    let many = octave(&["{ frequency = 1, displacement = 1 }"; 9].join(", "));
+    fails(&[(&many, "2:1: medium.perturbation.octaves: found 9 octaves")]);
+}
+
+#[test]
 fn alternatives_exclude_each_other() {
     fails(&[
         (

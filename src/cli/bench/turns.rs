@@ -171,8 +171,10 @@ fn edit(scene: &mut Scene, column: Column, amount: f64) {
         Column::TransferFunction => {
             scene.medium.density_scale *= 1.0 + 1e-3 * amount;
             // Colours decide the mean albedo, and with it tables.
-            for point in &mut scene.medium.transfer_function.points {
-                point.color /= 1.0 + 1e-3 * amount as f32;
+            let function = &mut scene.medium.transfer_function;
+            let points = function.points.iter_mut().map(|p| &mut p.color);
+            for color in points.chain(function.primitives.iter_mut().map(|p| &mut p.color)) {
+                *color /= 1.0 + 1e-3 * amount as f32;
             }
         }
         Column::Phase => scene.medium.phase_g += 1e-4 * amount,

@@ -3,8 +3,10 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use crate::scene::transfer_function::Quantity;
-use crate::scene::{Exposure, Light, Projection, Radius, Scene, TechniqueParams};
+use crate::scene::transfer_function::{Primitive, Quantity};
+use crate::scene::{
+    ControlPoint, Exposure, Light, Octave, Perturbation, Projection, Radius, Scene, TechniqueParams,
+};
 
 /// Every setting of a resolved scene.
 #[must_use]
@@ -12,8 +14,15 @@ pub fn describe(scene: &Scene) -> Value {
     let (v, m, c, i) = (&scene.volume, &scene.medium, &scene.camera, &scene.image);
     let tf = &m.transfer_function;
     let points = match tf.quantity {
+        _ if tf.has_gradients() => "primitives",
         Quantity::Opacity => "points",
         Quantity::Extinction => "extinction",
+    };
+    let rows: Vec<_> = if tf.has_gradients() {
+        tf.primitives.iter().map(primitive).collect()
+    } else {
+        let row = |p: &ControlPoint| json!([p.value, p.color.x, p.color.y, p.color.z, p.opacity]);
+        tf.points.iter().map(row).collect()
     };
     let projection = match c.projection {
         Projection::Perspective { vfov_deg } => json!({ "vfov_deg": vfov_deg }),
@@ -36,14 +45,13 @@ pub fn describe(scene: &Scene) -> Value {
             "name": tf.name,
             "color_space": "linear",
             "opacity_unit_distance": tf.opacity_unit_distance,
-            points: tf.points.iter().map(|p| {
-                json!([p.value, p.color.x, p.color.y, p.color.z, p.opacity])
-            }).collect::<Vec<_>>(),
+            points: rows,
         },
         "medium": {
             "density_scale": m.density_scale,
             "albedo": m.albedo,
             "albedo_volume": m.albedo_volume.as_ref().map(|c| &c.name),
+            "perturbation": m.perturbation.as_ref().map(perturbation),
             "emission": m.emission,
             "phase": { "g": m.phase_g },
         },
@@ -72,6 +80,35 @@ pub fn describe(scene: &Scene) -> Value {
             "tone_map": i.tone_map,
         },
         "technique": technique(&scene.technique),
+    })
+}
+
+fn perturbation(p: &Perturbation) -> Value {
+    let octave = |o: &Octave| {
+        json!({
+            "frequency": o.frequency,
+            "displacement": o.displacement,
+            "opacity": o.opacity,
+            "color": rgb(o.color),
+            "offset": o.offset.to_array(),
+            "velocity": o.velocity.to_array(),
+        })
+    };
+    json!({
+        "seed": p.seed,
+        "time": p.time,
+        "octaves": p.octaves.iter().map(octave).collect::<Vec<_>>(),
+    })
+}
+
+/// A gradient without an end is `null`.
+fn primitive(p: &Primitive) -> Value {
+    json!({
+        "shape": p.shape,
+        "value": p.value,
+        "gradient": p.gradient,
+        "color": rgb(p.color),
+        "opacity": p.opacity,
     })
 }
 

@@ -107,6 +107,7 @@ impl SceneFile {
             Procedural::SheppLogan => include_str!("../../../assets/scenes/shepp_logan.toml"),
             Procedural::Supernova => BUILT_IN,
             Procedural::Cloud => include_str!("../../../assets/scenes/cloud.toml"),
+            Procedural::Cumulus => include_str!("../../../assets/scenes/cumulus.toml"),
             Procedural::MechanicalPart => {
                 include_str!("../../../assets/scenes/mechanical_part.toml")
             }

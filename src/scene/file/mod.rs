@@ -4,6 +4,7 @@
 //! ranges; then the volume is read and whatever was left open is chosen. Every error names file,
 //! line, column and key, what was found and what was expected.
 
+mod check_medium;
 mod color;
 mod describe;
 mod error;
@@ -12,6 +13,7 @@ mod load;
 mod overrides;
 mod resolve;
 mod spec;
+mod spec_medium;
 mod steps;
 mod validate;
 mod wording;
@@ -24,9 +26,10 @@ pub use overrides::Override;
 pub use resolve::Progress;
 pub use spec::{
     BoxSpec, CameraSpec, ClipSpec, ColorSpace, DirectionalSpec, Endian, EnvironmentSpec,
-    ExposureSpec, ImageSpec, LightSpec, MediumSpec, ProceduralSpec, RayMarchSpec, SceneSpec,
-    ShadingSpec, TechniqueSpec, TransferFunctionSpec, VolumeSpec,
+    ExposureSpec, ImageSpec, LightSpec, ProceduralSpec, RayMarchSpec, SceneSpec, ShadingSpec,
+    TechniqueSpec, TransferFunctionSpec, VolumeSpec,
 };
+pub use spec_medium::{MediumSpec, OctaveSpec, PerturbationSpec, PrimitiveSpec};
 
 /// The JSON Schema of scene files, also published as `assets/scene.schema.json`.
 #[must_use]

@@ -27,6 +27,7 @@ const ALTERNATIVES: [(&str, &[&[&str]]); 6] = [
             &["file"],
             &["points", "color_space"],
             &["extinction", "color_space"],
+            &["primitives", "color_space"],
         ],
     ),
     (

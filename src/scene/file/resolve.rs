@@ -7,17 +7,18 @@ use std::sync::Arc;
 use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
-    AlbedoVolumeSpec, ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec,
-    RawSpec, ShadingSpec, TechniqueName,
+    ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, ShadingSpec,
+    TechniqueName,
 };
+use super::spec_medium::{AlbedoVolumeSpec, OctaveSpec, PrimitiveSpec};
 use super::{SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
-use crate::scene::transfer_function::{Quantity, automatic, read_file};
+use crate::scene::transfer_function::{Primitive, Quantity, automatic, read_file};
 use crate::scene::{
     AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure,
-    ImageSettings, LatLongMap, Light, Medium, PathTraceParams, Plane, Projection, Radius,
-    RayMarchParams, Scene, Shading, SingleScatterParams, TechniqueParams, TransferFunction,
-    linear_from_srgb,
+    ImageSettings, LatLongMap, Light, Medium, Octave, PathTraceParams, Perturbation, Plane,
+    Projection, Radius, RayMarchParams, Scene, Shading, SingleScatterParams, TechniqueParams,
+    TransferFunction, linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
 use crate::volume::{self, ColorVolume, RawLayout, ReadOptions, Statistics, Volume};
@@ -112,11 +113,22 @@ impl SceneFile {
         let default_albedo = if albedo_volume.is_some() { 1.0 } else { 0.9 };
         Ok(Medium {
             transfer_function: self.transfer_function(volume, statistics)?,
+            perturbation: self.perturbation(self.time()),
             density_scale: m.density_scale.unwrap_or(1.0),
             albedo: m.albedo.unwrap_or(default_albedo),
             albedo_volume: albedo_volume.transpose()?,
             emission: m.emission.unwrap_or(0.0),
             phase_g: m.phase.g.unwrap_or(0.0),
+        })
+    }
+
+    /// The noise as time step `step` shows it.
+    pub(super) fn perturbation(&self, step: u32) -> Option<Perturbation> {
+        let p = self.spec.medium.perturbation.as_ref()?;
+        Some(Perturbation {
+            seed: p.seed.unwrap_or(0),
+            octaves: p.octaves.iter().map(octave).collect(),
+            time: p.time.unwrap_or(0.0) + f64::from(step),
         })
     }
 
@@ -165,12 +177,12 @@ impl SceneFile {
         statistics: &Statistics,
     ) -> Result<TransferFunction, SceneError> {
         let t = &self.spec.transfer_function;
+        let srgb = t.color_space != Some(ColorSpace::Linear);
         let mut function = if let Some(preset) = t.preset {
             preset.transfer_function(&volume.grid, statistics)
         } else if let Some(file) = &t.file {
             read_file(&self.folder.join(Path::new(file)), &volume.grid, statistics)?
         } else if let Some(points) = t.points.as_ref().or(t.extinction.as_ref()) {
-            let srgb = t.color_space != Some(ColorSpace::Linear);
             TransferFunction {
                 name: "inline".to_owned(),
                 quantity: if t.points.is_some() {
@@ -179,6 +191,15 @@ impl SceneFile {
                     Quantity::Extinction
                 },
                 points: points.iter().map(|row| control_point(row, srgb)).collect(),
+                primitives: Vec::new(),
+                opacity_unit_distance: 1.0,
+            }
+        } else if let Some(shapes) = &t.primitives {
+            TransferFunction {
+                name: "inline, over values and gradients".to_owned(),
+                quantity: Quantity::Opacity,
+                points: Vec::new(),
+                primitives: shapes.iter().map(|p| primitive(p, srgb)).collect(),
                 opacity_unit_distance: 1.0,
             }
         } else {
@@ -376,17 +397,41 @@ const fn radius(spec: RadiusSpec) -> Radius {
 }
 
 fn control_point([value, r, g, b, opacity]: &[f64; 5], srgb: bool) -> ControlPoint {
-    let color = Vec3::new(*r as f32, *g as f32, *b as f32);
-    let color = if srgb {
-        Vec3::from(color.to_array().map(linear_from_srgb))
-    } else {
-        color
-    };
     ControlPoint {
         value: *value,
-        color,
+        color: linear([*r, *g, *b], srgb),
         opacity: *opacity,
     }
+}
+
+fn octave(spec: &OctaveSpec) -> Octave {
+    Octave {
+        frequency: spec.frequency,
+        displacement: spec.displacement.unwrap_or(0.0),
+        opacity: spec.opacity.unwrap_or(0.0),
+        color: spec.color.map_or(Vec3::ZERO, |c| c.0),
+        offset: spec.offset.map_or(DVec3::ZERO, DVec3::from),
+        velocity: spec.velocity.map_or(DVec3::ZERO, DVec3::from),
+    }
+}
+
+fn primitive(spec: &PrimitiveSpec, srgb: bool) -> Primitive {
+    Primitive {
+        shape: spec.shape,
+        value: spec.value,
+        gradient: spec.gradient.unwrap_or([0.0, f64::INFINITY]),
+        color: linear(spec.color, srgb),
+        opacity: spec.opacity,
+    }
+}
+
+fn linear(color: [f64; 3], srgb: bool) -> Vec3 {
+    let color = color.map(|c| c as f32);
+    Vec3::from(if srgb {
+        color.map(linear_from_srgb)
+    } else {
+        color
+    })
 }
 
 fn light(spec: &LightSpec) -> Option<Light> {

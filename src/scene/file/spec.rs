@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Rgb;
+use super::spec_medium::{MediumSpec, PrimitiveSpec};
 use crate::scene::transfer_function::Preset;
 use crate::scene::{Falloff, Gather, LightCache, RadianceCache, ToneMap, Tube};
 use crate::volume::ScalarType;
@@ -85,7 +86,7 @@ pub struct ProceduralSpec {
     pub resolution: Option<u32>,
 }
 
-/// Data value to colour and opacity: at most one of `preset`, `file`, `points` and `extinction`.
+/// Data value to colour and opacity: at most one of `preset`, `file`, `points`, `extinction` and `primitives`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TransferFunctionSpec {
@@ -97,10 +98,13 @@ pub struct TransferFunctionSpec {
     pub points: Option<Vec<[f64; 5]>>,
     /// Rows of data value, r, g, b, extinction per world unit, ascending in value: instead of opacities.
     pub extinction: Option<Vec<[f64; 5]>>,
-    /// What the colours of `points` or `extinction` are: `srgb` (default: as picked on a screen) or
-    /// `linear`.
+    /// Shapes over data values and gradient magnitudes. Where they overlap their extinctions add up, and the
+    /// colour is the mean of theirs weighted by extinction; where there is none the volume is empty.
+    pub primitives: Option<Vec<PrimitiveSpec>>,
+    /// What the colours of `points`, `extinction` or `primitives` are: `srgb` (default: as picked on a
+    /// screen) or `linear`.
     pub color_space: Option<ColorSpace>,
-    /// World distance over which the opacity is reached. Default: 1 for `points`.
+    /// World distance over which the opacity is reached. Default: 1 for `points` and `primitives`.
     pub opacity_unit_distance: Option<f64>,
 }
 
@@ -111,47 +115,6 @@ pub struct TransferFunctionSpec {
 pub enum ColorSpace {
     Srgb,
     Linear,
-}
-
-/// Density, albedo and phase function.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct MediumSpec {
-    /// Factor on extinction, >= 0. Default: 1.
-    #[schemars(range(min = 0))]
-    pub density_scale: Option<f64>,
-    /// Factor on the colour that gives the scattering albedo, in [0, 1]. Default: 0.9, or 1 beside
-    /// `albedo_volume`.
-    #[schemars(range(min = 0, max = 1))]
-    pub albedo: Option<f64>,
-    /// A colour for every voxel that takes the place of the transfer function's in the scattering albedo.
-    pub albedo_volume: Option<AlbedoVolumeSpec>,
-    /// Factor on the colour that gives the radiance the medium emits, >= 0; not used by `ray_march`, which
-    /// takes the whole colour for it. Default: 0.
-    #[schemars(range(min = 0))]
-    pub emission: Option<f64>,
-    /// The phase function.
-    pub phase: PhaseSpec,
-}
-
-/// A volume of linear RGB colours in [0, 1], with as many voxels as the volume, in the same place.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct AlbedoVolumeSpec {
-    /// Path of an NRRD file whose first axis holds the 3 colours, or of a headerless file, relative to the
-    /// scene file.
-    pub file: String,
-    /// Layout of a headerless `file`: red, green and blue of a voxel follow one another.
-    pub raw: Option<RawSpec>,
-}
-
-/// Henyey-Greenstein phase function.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct PhaseSpec {
-    /// Mean cosine, in [-0.99, 0.99]; positive is forward. Default: 0.
-    #[schemars(range(min = -0.99, max = 0.99))]
-    pub g: Option<f64>,
 }
 
 /// A light source: exactly one of its kinds.

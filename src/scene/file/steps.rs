@@ -21,18 +21,24 @@ impl SceneFile {
     /// Shows another time step.
     ///
     /// # Errors
-    /// The volume comes from a formula, which knows no time.
+    /// The volume comes from a formula, which knows no time, and no noise moves.
     pub fn set_time(&mut self, step: u32) -> Result<(), SceneError> {
-        if self.spec.volume.file.is_none() {
+        if self.spec.volume.file.is_none() && !self.moves() {
             return Err(SceneError::plain(
-                "volume: found a formula, expected a file or a series of files, which have time steps",
+                "volume: found a formula, expected a file or a series of files, which have time steps, or noise \
+                 that moves (medium.perturbation.octaves.velocity)",
             ));
         }
         self.spec.volume.time = Some(step);
         Ok(())
     }
 
-    /// How many time steps the volume has.
+    /// Whether noise changes what there is from step to step, without end.
+    fn moves(&self) -> bool {
+        self.perturbation(0).is_some_and(|p| p.moves())
+    }
+
+    /// How many time steps the volume has; noise that moves has as many as are asked for.
     ///
     /// # Errors
     /// Its header cannot be read.
@@ -61,7 +67,8 @@ impl SceneFile {
     ) -> Result<Scene, SceneError> {
         let (first, last) = (*steps.start(), *steps.end());
         let count = self.time_steps()?;
-        if first > last || last >= count {
+        let endless = self.spec.volume.file.is_none() && self.moves();
+        if first > last || (last >= count && !endless) {
             let file = self.spec.volume.file.as_deref().unwrap_or("volume");
             return Err(SceneError::plain(format!(
                 "{file}: found {count} time step(s), counted from 0, expected steps {first} to {last}"
@@ -74,17 +81,19 @@ impl SceneFile {
             shown(first, phase, done, total);
         })?;
         let mut statistics = Statistics::of(&volume);
-        for step in steps.skip(1) {
+        for step in steps.skip(1).filter(|_| !endless) {
             let next = self.volume(step, &mut |phase, done, total| {
                 shown(step, phase, done, total);
             })?;
             statistics = statistics.union(&Statistics::of(&next));
         }
         let statistics = Arc::new(statistics);
-        self.resolve_framed(Arc::new(volume), statistics, Some(&opaque()))
+        let mut scene = self.resolve_framed(Arc::new(volume), statistics, Some(&opaque()))?;
+        scene.medium.perturbation = self.perturbation(first);
+        Ok(scene)
     }
 
-    /// `scene` at another time step: only the voxels change.
+    /// `scene` at another time step: only the voxels change, and where noise lies that moves.
     ///
     /// # Errors
     /// The step cannot be read.
@@ -94,11 +103,15 @@ impl SceneFile {
         step: u32,
         progress: Progress<'_>,
     ) -> Result<Scene, SceneError> {
-        let volume = self.volume(step, progress)?;
-        Ok(Scene {
-            volume: Arc::new(volume),
-            ..scene.clone()
-        })
+        let mut scene = scene.clone();
+        if self.spec.volume.file.is_some() {
+            scene.volume = Arc::new(self.volume(step, progress)?);
+        }
+        // Noise at rest is the same at all times, and nothing is made anew for it.
+        if self.moves() {
+            scene.medium.perturbation = self.perturbation(step);
+        }
+        Ok(scene)
     }
 }
 
@@ -112,6 +125,7 @@ fn opaque() -> TransferFunction {
             opacity: 1.0,
         }],
         quantity: Quantity::Opacity,
+        primitives: Vec::new(),
         opacity_unit_distance: 1.0,
     }
 }

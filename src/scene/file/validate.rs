@@ -1,6 +1,7 @@
 //! Ranges of values, checked before anything is read or chosen.
 
 use super::Rgb;
+use super::check_medium::{perturbation, primitives};
 use super::error::Problem;
 use super::spec::{
     EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, SceneSpec, ShadingSpec,
@@ -20,6 +21,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     )?;
     at_least("medium.emission", m.emission, 0.0)?;
     within("medium.phase.g", m.phase.g, -0.99, 0.99)?;
+    m.perturbation.as_ref().map_or(Ok(()), perturbation)?;
     for (i, light) in s.lights.iter().flatten().enumerate() {
         check_light(i, light)?;
     }
@@ -83,6 +85,7 @@ fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
         ("file", t.file.is_some()),
         ("points", t.points.is_some()),
         ("extinction", t.extinction.is_some()),
+        ("primitives", t.primitives.is_some()),
     ];
     exclusive("transfer_function", &given)?;
     let per_distance = t.opacity_unit_distance.is_some();
@@ -95,12 +98,14 @@ fn transfer_function(s: &SceneSpec) -> Result<(), Problem> {
         "transfer_function.opacity_unit_distance",
         t.opacity_unit_distance,
     )?;
-    if t.color_space.is_some() && t.points.is_none() && t.extinction.is_none() {
+    let inline = t.points.is_some() || t.extinction.is_some() || t.primitives.is_some();
+    if t.color_space.is_some() && !inline {
         return Err(Problem::new(
             "transfer_function.color_space",
-            "stands without `points` or `extinction`, whose colours it describes",
+            "stands without `points`, `extinction` or `primitives`, whose colours it describes",
         ));
     }
+    t.primitives.as_deref().map_or(Ok(()), primitives)?;
     rows("points", t.points.as_deref().unwrap_or_default())?;
     let extinction = t.extinction.as_deref().unwrap_or_default();
     rows("extinction", extinction)
@@ -362,7 +367,7 @@ fn exclusive(table: &str, given: &[(&str, bool)]) -> Result<(), Problem> {
     }
 }
 
-fn within(key: &str, value: Option<f64>, min: f64, max: f64) -> Result<(), Problem> {
+pub(super) fn within(key: &str, value: Option<f64>, min: f64, max: f64) -> Result<(), Problem> {
     match value {
         Some(v) if !(min..=max).contains(&v) => Err(Problem::new(
             key,
@@ -372,7 +377,7 @@ fn within(key: &str, value: Option<f64>, min: f64, max: f64) -> Result<(), Probl
     }
 }
 
-fn at_least(key: &str, value: Option<f64>, min: f64) -> Result<(), Problem> {
+pub(super) fn at_least(key: &str, value: Option<f64>, min: f64) -> Result<(), Problem> {
     match value {
         Some(v) if !(v >= min && v.is_finite()) => Err(Problem::new(
             key,
@@ -382,7 +387,7 @@ fn at_least(key: &str, value: Option<f64>, min: f64) -> Result<(), Problem> {
     }
 }
 
-fn positive(key: &str, value: Option<f64>) -> Result<(), Problem> {
+pub(super) fn positive(key: &str, value: Option<f64>) -> Result<(), Problem> {
     match value {
         Some(v) if !(v > 0.0 && v.is_finite()) => Err(Problem::new(
             key,
@@ -392,7 +397,7 @@ fn positive(key: &str, value: Option<f64>) -> Result<(), Problem> {
     }
 }
 
-fn finite(key: &str, value: Option<f64>) -> Result<(), Problem> {
+pub(super) fn finite(key: &str, value: Option<f64>) -> Result<(), Problem> {
     match value {
         Some(v) if !v.is_finite() => Err(Problem::new(
             key,
@@ -402,7 +407,7 @@ fn finite(key: &str, value: Option<f64>) -> Result<(), Problem> {
     }
 }
 
-fn vector(key: &str, value: Option<[f64; 3]>, not_zero: bool) -> Result<(), Problem> {
+pub(super) fn vector(key: &str, value: Option<[f64; 3]>, not_zero: bool) -> Result<(), Problem> {
     let Some(v) = value else { return Ok(()) };
     v.into_iter().try_for_each(|x| finite(key, Some(x)))?;
     if not_zero && v == [0.0; 3] {

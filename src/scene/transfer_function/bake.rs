@@ -49,9 +49,13 @@ impl TransferFunction {
     }
 
     /// How many entries a table over `[min, max]` needs so that every segment of the function within
-    /// it is at least eight entries wide: a power of two from 1024 to 16384.
+    /// it is at least eight entries wide: a power of two from 1024 to 16384. Where gradients decide too, that
+    /// of a table over both: from 512 to 2048.
     #[must_use]
     pub fn entries_needed(&self, min: f64, max: f64) -> usize {
+        if self.has_gradients() {
+            return self.values_needed(min, max);
+        }
         let extent = max - min;
         let narrowest = self
             .points
@@ -107,6 +111,7 @@ mod tests {
                 })
                 .collect(),
             quantity: Quantity::Opacity,
+            primitives: Vec::new(),
             opacity_unit_distance: 1.0,
         }
     }

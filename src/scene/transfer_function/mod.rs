@@ -15,12 +15,14 @@ mod nodes;
 mod opacity_curve;
 mod paraview;
 mod preset;
+mod primitive;
 mod read;
 
 pub use automatic::automatic;
 pub use error::TransferFunctionError;
 pub use paraview::read_paraview;
 pub use preset::Preset;
+pub use primitive::{GradientAxis, Primitive, Shape};
 pub use read::read_file;
 
 use glam::Vec3;
@@ -50,7 +52,8 @@ pub struct ControlPoint {
     pub opacity: f64,
 }
 
-/// Piecewise linear between control points, constant beyond the outer ones.
+/// Piecewise linear between control points, constant beyond the outer ones; or shapes over values and gradient
+/// magnitudes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     /// Where it came from: a preset's name, a file, `automatic: ...`, `inline`.
@@ -59,6 +62,8 @@ pub struct TransferFunction {
     pub quantity: Quantity,
     /// Ascending in `value`; two points may share a value (a jump). Empty: fully transparent.
     pub points: Vec<ControlPoint>,
+    /// Shapes over values and gradients: where there are any, they take the place of the points.
+    pub primitives: Vec<Primitive>,
     /// World distance over which `opacity` is reached, > 0 (VTK's scalar opacity unit distance).
     pub opacity_unit_distance: f64,
 }
@@ -86,6 +91,7 @@ impl TransferFunction {
                 name,
                 quantity: Quantity::Opacity,
                 points,
+                primitives: Vec::new(),
                 opacity_unit_distance,
             }),
             Err(message) => Err(TransferFunctionError::new(name, message)),
@@ -93,9 +99,12 @@ impl TransferFunction {
     }
 
     /// Linear colour and opacity at a data value. At a jump the upper side counts; NaN is
-    /// transparent.
+    /// transparent. Where gradients decide too, the most that any gradient makes of the value.
     #[must_use]
     pub fn evaluate(&self, value: f64) -> (Vec3, f64) {
+        if self.has_gradients() {
+            return self.densest(value);
+        }
         let Some(first) = self.points.first() else {
             return (Vec3::ZERO, 0.0);
         };
@@ -125,7 +134,7 @@ impl TransferFunction {
         self.sigma_t_of(opacity)
     }
 
-    /// Smallest and largest value of a control point; `None` for an empty function.
+    /// Smallest and largest value of a control point; `None` for a function without.
     #[must_use]
     pub fn range(&self) -> Option<(f64, f64)> {
         Some((self.points.first()?.value, self.points.last()?.value))

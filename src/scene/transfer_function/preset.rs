@@ -72,6 +72,7 @@ impl Preset {
                 name: self.name().to_owned(),
                 points: Vec::new(),
                 quantity: Quantity::Opacity,
+                primitives: Vec::new(),
                 opacity_unit_distance: 1.0,
             })
     }

@@ -113,8 +113,10 @@ fn warnings(scene: &Scene, reference: &About) -> Vec<String> {
         albedo,
         ..
     } = &scene.medium;
-    let points = transfer_function.points.iter();
-    let brightest = points.map(|p| p.color.max_element()).fold(0.0, f32::max);
+    let points = transfer_function.points.iter().map(|p| p.color);
+    let shapes = transfer_function.primitives.iter().map(|p| p.color);
+    let colors = points.chain(shapes);
+    let brightest = colors.map(|c| c.max_element()).fold(0.0, f32::max);
     let albedo = f64::from(brightest) * albedo;
     if albedo > 1.0 {
         warnings.push(format!(

@@ -7,15 +7,15 @@ use super::AmbientOcclusionPlan;
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{AmbientOcclusionParams, Scene};
 use crate::technique::lights;
-use crate::technique::medium::{Medium, MediumPlan};
+use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::vec4;
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 
 // By the device's filters, and by loads of 8-bit, 16-bit and float texels: they differ in how bindings
 // 2 to 4, the medium, are read.
-const fn bindings(medium: BindingKind) -> [BindingKind; 9] {
-    [
+const fn bindings(medium: BindingKind) -> [BindingKind; 9 + MATERIAL.len()] {
+    with_material([
         UniformBuffer,
         UniformBuffer,
         medium,
@@ -25,7 +25,7 @@ const fn bindings(medium: BindingKind) -> [BindingKind; 9] {
         StorageImage,
         SampledImage,
         SampledImage,
-    ]
+    ])
 }
 
 const FILTERED: &[BindingKind] = &bindings(SampledImage);

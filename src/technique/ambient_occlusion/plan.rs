@@ -119,6 +119,7 @@ pub fn plan(
     Ok(AmbientOcclusionPlan {
         constants: constants
             .map(|(constant, value)| Specialization { value, ..constant })
+            .chain(medium.constants())
             .collect(),
         occlusion,
         albedo,

@@ -5,11 +5,12 @@
 
 use std::f64::consts::PI;
 
-use glam::{DAffine3, DVec2, DVec3, DVec4, UVec3};
+use glam::{DVec2, DVec3, DVec4, UVec3};
 
 use super::layout::step_length;
 use crate::scene::{AmbientOcclusionParams, Scene};
 use crate::technique::lights::mean_environment;
+use crate::technique::reference_medium::ReferenceMedium;
 use crate::technique::reference_ray::{camera_ray, interval};
 use crate::technique::summed_area::{FieldPlan, reference};
 
@@ -64,17 +65,18 @@ pub fn march(
     let Some((t0, t1)) = interval(scene, origin, direction, t_min) else {
         return background.extend(0.0);
     };
-    let medium = Medium::new(scene);
+    let medium = ReferenceMedium::new(scene);
     let texture_from_world = scene.volume.grid.world_from_texture().inverse();
     let environment = mean_environment(&scene.lights).as_dvec3();
     let (count, dt) = steps(t1 - t0, step_length(scene, params));
-    let (m, colors) = (&scene.medium, scene.medium.albedo_volume.as_ref());
+    let m = &scene.medium;
     let (mut radiance, mut tau) = (DVec3::ZERO, 0.0_f64);
     for i in 0..count {
         let x = origin + (t0 + (i as f64 + 0.5) * dt) * direction;
-        let dtau = medium.sigma_t(x) * dt;
-        let color = m.transfer_function.evaluate(medium.value(x)).0.as_dvec3();
-        let albedo = colors.map_or(color, |c| c.sample_index(medium.index(x)));
+        let q = medium.index(x);
+        let (color, sigma_t) = medium.material(q);
+        let dtau = sigma_t * dt;
+        let albedo = medium.albedo(q, color);
         let share = occlusion.at(texture_from_world.transform_point3(x));
         let source = m.emission * color + m.albedo * albedo * environment * share;
         radiance += (-tau).exp() * -(-dtau).exp_m1() * source;
@@ -87,13 +89,16 @@ pub fn march(
 /// directions of `exp(-optical depth)`, by midpoint sums over steps of at most `step`; world units.
 #[must_use]
 pub fn visibility(scene: &Scene, x: DVec3, radius: f64, directions: u32, step: f64) -> f64 {
-    let medium = Medium::new(scene);
+    let medium = ReferenceMedium::new(scene);
     let sum: f64 = (0..directions)
         .map(|i| {
             let w_i = spiral(i, directions);
             let tau = interval(scene, x, w_i, 0.0).map_or(0.0, |(start, end)| {
                 let (count, dt) = steps(end.min(radius) - start, step);
-                let at = |k: u64| medium.sigma_t(x + (start + (k as f64 + 0.5) * dt) * w_i);
+                let at = |k: u64| {
+                    let place = x + (start + (k as f64 + 0.5) * dt) * w_i;
+                    medium.sigma_t(medium.index(place))
+                };
                 (0..count).map(at).sum::<f64>() * dt
             });
             (-tau).exp()
@@ -109,33 +114,6 @@ fn spiral(i: u32, count: u32) -> DVec3 {
     let phi = f64::from(i) * PI * (3.0 - 5f64.sqrt());
     let r = (1.0 - z * z).max(0.0).sqrt();
     DVec3::new(r * phi.cos(), r * phi.sin(), z)
-}
-
-struct Medium<'a> {
-    scene: &'a Scene,
-    index_from_world: DAffine3,
-}
-
-impl<'a> Medium<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        Self {
-            scene,
-            index_from_world: scene.volume.grid.world_from_index.inverse(),
-        }
-    }
-
-    fn index(&self, x: DVec3) -> DVec3 {
-        self.index_from_world.transform_point3(x)
-    }
-
-    fn value(&self, x: DVec3) -> f64 {
-        self.scene.volume.sample_index(self.index(x))
-    }
-
-    fn sigma_t(&self, x: DVec3) -> f64 {
-        let medium = &self.scene.medium;
-        medium.transfer_function.sigma_t(self.value(x)) * medium.density_scale
-    }
 }
 
 /// Number and length of equal steps, none longer than `largest`.

@@ -79,7 +79,7 @@ impl AmbientOcclusion {
         )?;
         let albedo = AlbedoImage::new(device, plan.albedo, kept.albedo)?;
         let linear = sampler(device, "linear", Filter::LINEAR)?;
-        let march_binding = march.bind(vec![
+        let march_binding = march.bind(medium.with_material(vec![
             Resource::Uniform(target.view.clone()),
             Resource::Uniform(occluded.clone()),
             medium.volume.clone(),
@@ -93,7 +93,7 @@ impl AmbientOcclusion {
                 None => medium.mask.clone(),
             },
             albedo.resource(linear),
-        ])?;
+        ]))?;
         Ok(Self {
             plan: plan.clone(),
             occlusion,

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Radius, Scene};
+use crate::scene::{Perturbation, Radius, Scene};
 
 /// An automatic radius is at most this share of the cube root of the volume.
 const LARGEST_SHARE: f64 = 1.0 / 16.0;
@@ -79,7 +79,12 @@ pub fn albedo(scene: &Scene) -> DVec3 {
                 (sigma_t, colors.color(i))
             }))
         }
-        None => weighted(classes(scene).map(|(count, color, sigma_t)| (count * sigma_t, color))),
+        None => {
+            let perturbation = scene.medium.perturbation.as_ref();
+            let varied = perturbation.map_or(DVec3::ONE, Perturbation::mean_color);
+            varied
+                * weighted(classes(scene).map(|(count, color, sigma_t)| (count * sigma_t, color)))
+        }
     };
     (scene.medium.albedo * mean).clamp(DVec3::ZERO, DVec3::ONE)
 }
@@ -96,7 +101,8 @@ fn weighted(list: impl Iterator<Item = (f64, DVec3)>) -> DVec3 {
     }
 }
 
-/// Voxels, colour and extinction of every bin of the histogram.
+/// Voxels, colour and extinction of every bin of the histogram; where gradients decide too, the most that they make
+/// of its value.
 fn classes(scene: &Scene) -> impl Iterator<Item = (f64, DVec3, f64)> {
     let (s, m) = (&scene.statistics, &scene.medium);
     let width = (s.max - s.min) / s.histogram.len().max(1) as f64;

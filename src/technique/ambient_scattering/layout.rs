@@ -8,7 +8,7 @@ use super::{AmbientScatteringPlan, choice};
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{AmbientScatteringParams, Scene};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
-use crate::technique::medium::{Medium, MediumPlan};
+use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::{gradient_rows, grid_rows, vec4};
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
@@ -17,8 +17,8 @@ use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 /// over the half sphere, whose mean cosine is a half.
 pub(super) const SPREAD_COSINE: f64 = 0.5;
 
-const fn march_bindings(medium: BindingKind) -> [BindingKind; 14] {
-    [
+const fn march_bindings(medium: BindingKind) -> [BindingKind; 14 + MATERIAL.len()] {
+    with_material([
         UniformBuffer,
         UniformBuffer,
         medium,
@@ -33,7 +33,7 @@ const fn march_bindings(medium: BindingKind) -> [BindingKind; 14] {
         SampledImage,
         SampledImage,
         SampledImage,
-    ]
+    ])
 }
 
 const FILTERED: &[BindingKind] = &march_bindings(SampledImage);

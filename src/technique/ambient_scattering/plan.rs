@@ -211,7 +211,7 @@ pub fn plan(
         values[0], values[1], values[2], values[3], values[4], near_only,
     ];
     let cache_constants = Specialization::with_values(&CACHE_CONSTANTS, &of_cache);
-    let march_constants = Specialization::with_values(&MARCH_CONSTANTS, &values);
+    let march_constants = medium.with_constants(&MARCH_CONSTANTS, &values);
     let is_gathers = |c: &&Specialization| GATHER_CONSTANTS.iter().any(|own| own.id == c.id);
     Ok(AmbientScatteringPlan {
         cache_constants,

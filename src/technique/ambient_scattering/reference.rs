@@ -3,7 +3,7 @@
 //! The mean extinction is summed over all voxels for each node of its grid, the light at every sample is
 //! followed along its own tube: no summed-area table, no cache, no interval, no skipping, no early end.
 
-use glam::{DAffine3, DVec2, DVec3, DVec4, IVec3};
+use glam::{DVec2, DVec3, DVec4, IVec3};
 
 use super::choice;
 use super::layout::{SPREAD_COSINE, step_length};
@@ -12,6 +12,7 @@ use super::table::optics::unscattered;
 use super::table::{Shipped, Slice};
 use crate::scene::{AmbientScatteringParams, Falloff, Gather, Light, Scene, Tube};
 use crate::technique::phase_hg;
+use crate::technique::reference_medium::ReferenceMedium;
 use crate::technique::reference_ray::{camera_ray, interval};
 use crate::technique::summed_area::box_side;
 
@@ -20,7 +21,7 @@ pub struct Reference<'a> {
     scene: &'a Scene,
     params: AmbientScatteringParams,
     radius: f64,
-    index_from_world: DAffine3,
+    medium: ReferenceMedium<'a>,
     // Mean extinction about every voxel, per world unit.
     ambient: Vec<f64>,
     slice: Slice,
@@ -37,7 +38,7 @@ impl<'a> Reference<'a> {
             scene,
             params: *params,
             radius: choice::radius(scene, params.radius),
-            index_from_world: scene.volume.grid.world_from_index.inverse(),
+            medium: ReferenceMedium::new(scene),
             ambient: Vec::new(),
             slice: shipped.slice(g, albedo),
             slab: Slab::new(albedo, g),
@@ -69,7 +70,7 @@ impl<'a> Reference<'a> {
                         && at.min_element() >= 0
                         && at.cmplt(grid.dims.as_ivec3()).all()
                     {
-                        sum += share.element_product() * self.sigma_t_at(at.as_dvec3());
+                        sum += share.element_product() * self.medium.sigma_t(at.as_dvec3());
                     }
                 }
             }
@@ -77,21 +78,11 @@ impl<'a> Reference<'a> {
         sum / (8.0 * half.element_product())
     }
 
-    fn sigma_t_at(&self, q: DVec3) -> f64 {
-        let m = &self.scene.medium;
-        m.transfer_function
-            .sigma_t(self.scene.volume.sample_index(q))
-            * m.density_scale
-    }
-
     /// Optical depth of a radius at the mean extinction about x: linear between voxels.
     fn depth(&self, x: DVec3) -> f64 {
         let dims = self.scene.volume.grid.dims;
         let last = dims.as_dvec3() - 1.0;
-        let q = self
-            .index_from_world
-            .transform_point3(x)
-            .clamp(DVec3::ZERO, last);
+        let q = self.medium.index(x).clamp(DVec3::ZERO, last);
         let low = q.floor();
         let f = q - low;
         let mut sum = 0.0;
@@ -127,19 +118,15 @@ impl<'a> Reference<'a> {
         for i in 0..count as u64 {
             let t = t0 + (i as f64 + 0.5) * dt;
             let x = origin + t * direction;
-            let q = self.index_from_world.transform_point3(x);
-            let dtau = self.sigma_t_at(q) * dt;
-            let color = m
-                .transfer_function
-                .evaluate(self.scene.volume.sample_index(q))
-                .0;
+            let (color, sigma_t) = self.medium.material(self.medium.index(x));
+            let dtau = sigma_t * dt;
             let lit: DVec3 = self
                 .scene
                 .lights
                 .iter()
                 .map(|l| self.lit(l, x, direction))
                 .sum();
-            let source = m.albedo * color.as_dvec3() * lit;
+            let source = m.albedo * color * lit;
             let weight = if literal {
                 (-tau_from).exp() * dtau
             } else {
@@ -148,10 +135,8 @@ impl<'a> Reference<'a> {
             radiance += weight * source;
             tau += dtau;
             if t - self.radius > t0 - 0.5 * dt {
-                let nearer = self
-                    .index_from_world
-                    .transform_point3(x - self.radius * direction);
-                tau_from += self.sigma_t_at(nearer) * dt;
+                let nearer = self.medium.index(x - self.radius * direction);
+                tau_from += self.medium.sigma_t(nearer) * dt;
             }
         }
         (radiance + (-tau).exp() * background).extend(-(-tau).exp_m1())

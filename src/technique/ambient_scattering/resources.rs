@@ -170,7 +170,7 @@ impl AmbientScattering {
             Ok,
         )?;
         let albedo = AlbedoImage::new(device, plan.albedo, kept.albedo)?;
-        let march_binding = march.bind(vec![
+        let march_binding = march.bind(medium.with_material(vec![
             view,
             uniform,
             medium.volume.clone(),
@@ -185,7 +185,7 @@ impl AmbientScattering {
             of(&occlusion),
             albedo.resource(linear.clone()),
             Resource::SampledGeneral(gathered_light.clone(), linear),
-        ])?;
+        ]))?;
         Ok(Self {
             plan: plan.clone(),
             extinction,

@@ -1,10 +1,11 @@
 //! Which parts of the medium a scene needs on the device.
 
-use glam::UVec3;
+use glam::{DVec3, UVec3};
 
 use super::{Encoding, Table};
 use crate::gpu::{Access, Format, Limits, Specialization, staging};
-use crate::scene::Scene;
+use crate::scene::perturbation::NOISE_SIZE;
+use crate::scene::{Octave, Perturbation, Scene};
 use crate::technique::{Input, Inputs, Omission, PlanError, ResourceKind, ResourcePlan, StagePlan};
 
 /// Stage names of the medium.
@@ -30,6 +31,24 @@ const CELL_SIZE: u32 = 4;
 /// Longest distance kept, in cells: one look-up skips at most about this many.
 const REACH: u32 = 15;
 
+/// Most cells by which noise may move what is looked up: distances are kept in 8 bits.
+const MOST_WIDEN: u32 = 200;
+
+/// Voxels by which noise moves what is looked up, at most, along the grid's axes.
+#[must_use]
+pub fn reach_of_noise(scene: &Scene) -> DVec3 {
+    let perturbation = scene.medium.perturbation.as_ref();
+    let furthest = perturbation.map_or(0.0, Perturbation::largest_displacement);
+    let index_from_world = scene.volume.grid.world_from_index.matrix3.inverse();
+    let along = |v: DVec3| v.abs();
+    // Along each axis of the world by as much, in the worst direction.
+    let sum = along(index_from_world.x_axis)
+        + along(index_from_world.y_axis)
+        + along(index_from_world.z_axis);
+    // A little room for the device's rounding.
+    furthest * sum * (1.0 + 1e-4)
+}
+
 /// The medium's device data for one scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MediumPlan {
@@ -46,6 +65,10 @@ pub struct MediumPlan {
     /// Cells for empty-space skipping; `None` where nothing can be skipped.
     pub cells: Option<CellsPlan>,
     why_no_cells: &'static str,
+    /// Octaves of noise that move places, and that vary the material.
+    pub displaced: u32,
+    /// See `displaced`.
+    pub varied: u32,
 }
 
 /// A coarse grid over the volume.
@@ -57,6 +80,8 @@ pub struct CellsPlan {
     pub dims: UVec3,
     /// Longest distance kept, in cells.
     pub reach: u32,
+    /// Cells by which noise moves what is looked up, at most, along any axis.
+    pub widen: u32,
 }
 
 impl MediumPlan {
@@ -90,22 +115,27 @@ impl MediumPlan {
                 fix: "use another device (`tyndall devices`)".to_owned(),
             });
         }
-        let table = Table::choose(scene, limits.max_image_1d.min(16384) - 1);
+        let table = Table::choose(scene, limits);
+        let perturbation = scene.medium.perturbation.as_ref();
+        let octaves = |of: fn(&Octave) -> bool| {
+            let octaves = perturbation.iter().flat_map(|p| &p.octaves);
+            u32::try_from(octaves.filter(|o| of(o)).count()).unwrap_or(u32::MAX)
+        };
+        let cells_along = (dims + CELL_SIZE - 1) / CELL_SIZE;
+        let widen = reach_of_noise(scene).max_element() / f64::from(CELL_SIZE);
         let (cells, why_no_cells) = if let Some(why) = no_skipping {
             (None, why)
         } else if !Table::has_empty_range(&table.bake(scene)) {
             (None, "the transfer function leaves no data value empty")
+        } else if widen >= f64::from(cells_along.max_element().min(MOST_WIDEN)) {
+            (None, "noise moves what is looked up too far")
         } else {
-            let dims = UVec3::new(
-                dims.x.div_ceil(CELL_SIZE),
-                dims.y.div_ceil(CELL_SIZE),
-                dims.z.div_ceil(CELL_SIZE),
-            );
             (
                 Some(CellsPlan {
                     size: CELL_SIZE,
-                    dims,
+                    dims: cells_along,
                     reach: REACH,
+                    widen: widen.ceil() as u32,
                 }),
                 "",
             )
@@ -118,6 +148,8 @@ impl MediumPlan {
             table,
             cells,
             why_no_cells,
+            displaced: octaves(|o| o.displacement > 0.0),
+            varied: octaves(Octave::varies),
         })
     }
 
@@ -129,6 +161,12 @@ impl MediumPlan {
         } else {
             Access::ComputeSampled
         }
+    }
+
+    /// Octaves of noise, those that do both counted twice.
+    #[must_use]
+    pub const fn octaves(&self) -> u32 {
+        self.displaced + self.varied
     }
 
     /// The stages in order.
@@ -154,7 +192,9 @@ impl MediumPlan {
             stage::UPLOAD_TABLE,
             table,
             row,
-            1 + u32::from(self.cells.is_some()),
+            1 + u32::from(self.cells.is_some())
+                + u32::from(self.table.gradients.is_some())
+                + u32::from(self.octaves() > 0),
             vec![],
         ));
         if let Some(c) = self.cells {
@@ -178,7 +218,7 @@ impl MediumPlan {
                     occupancy,
                     c.dims,
                     3,
-                    c.reach_constants(),
+                    c.distance_constants(),
                 ),
             ]);
         }
@@ -235,6 +275,25 @@ impl MediumPlan {
             16 * entries,
             wider,
         ));
+        if self.octaves() > 0 {
+            let edge = NOISE_SIZE as u32;
+            list.push(auxiliary(
+                "noise",
+                UVec3::splat(edge),
+                Format::R32G32B32A32_SFLOAT,
+                16 * voxels(UVec3::splat(edge)),
+                "leave medium.perturbation out",
+            ));
+        }
+        if let Some(axis) = self.table.gradients {
+            list.push(auxiliary(
+                "gradient_table",
+                UVec3::new(self.table.entries, axis.entries, 1),
+                Format::R32G32B32A32_SFLOAT,
+                16 * entries * u64::from(axis.entries),
+                "widen the transfer function's narrowest shape",
+            ));
+        }
         if let Some(c) = self.cells {
             let (format, bytes) = self.encoding.pair_format();
             let off = "set the technique's empty_space_skipping = false";
@@ -278,6 +337,18 @@ impl MediumPlan {
                 why,
             });
         }
+        if self.octaves() == 0 {
+            list.push(Omission {
+                what: "noise",
+                why: "the scene has no medium.perturbation".to_owned(),
+            });
+        }
+        if self.table.gradients.is_none() {
+            list.push(Omission {
+                what: "gradient_table",
+                why: "the transfer function looks at values alone".to_owned(),
+            });
+        }
         if self.cells.is_none() {
             list.push(Omission {
                 what: "cells",
@@ -299,13 +370,25 @@ impl CellsPlan {
         }]
     }
 
-    /// Constants of `medium.cell_occupancy` and `medium.cell_distance`.
+    /// Constants of `medium.cell_occupancy`: distances before they are widened.
     #[must_use]
     pub fn reach_constants(&self) -> Vec<Specialization> {
         vec![Specialization {
             id: 0,
             name: "REACH",
-            value: self.reach,
+            value: self.reach + self.widen,
         }]
+    }
+
+    /// Constants of `medium.cell_distance`.
+    #[must_use]
+    pub fn distance_constants(&self) -> Vec<Specialization> {
+        let mut constants = self.reach_constants();
+        constants.push(Specialization {
+            id: 1,
+            name: "WIDEN",
+            value: self.widen,
+        });
+        constants
     }
 }

@@ -6,13 +6,15 @@ use bytemuck::{Pod, Zeroable};
 use glam::UVec3;
 use rayon::prelude::*;
 
-use super::{CellsPlan, MediumPlan, Table, stage};
+use super::{CellsPlan, MaterialUniform, MediumPlan, Table, stage};
 use crate::gpu::{
-    Access, Binding, BindingKind, ComputePipeline, Device, Filter, Format, GpuError, Image,
-    ImageDesc, ImageType, ImageUsageFlags, Resource, Sampler, SamplerAddressMode, SamplerDesc,
-    StageLayout, StageTime, shader, upload_image,
+    Access, Binding, BindingKind, Buffer, BufferUse, ComputePipeline, Device, Filter, Format,
+    GpuError, Image, ImageDesc, ImageType, ImageUsageFlags, Resource, Sampler, SamplerAddressMode,
+    SamplerDesc, StageLayout, StageTime, shader, upload_image,
 };
 use crate::scene::Scene;
+use crate::scene::perturbation::{NOISE_SIZE, Noise};
+use crate::technique::target::write;
 use crate::volume::{Volume, Voxels};
 
 const MIN_MAX: StageLayout = StageLayout {
@@ -62,6 +64,9 @@ pub struct Medium {
     /// Distance to the nearest occupied cell; 1 x 1 x 1 without cells.
     pub cell_distance: Resource,
     pub(super) cells: Option<Cells>,
+    material: Arc<Buffer>,
+    gradient_table: Resource,
+    noise: Resource,
     images: Images,
 }
 
@@ -69,6 +74,8 @@ struct Images {
     volume: Arc<Image>,
     mask: Arc<Image>,
     table: Arc<Image>,
+    gradient_table: Arc<Image>,
+    noise: Arc<Image>,
     cell_distance: Arc<Image>,
 }
 
@@ -107,6 +114,32 @@ impl Medium {
         let mask = image_3d(device, "finite_mask", mask_dims, Format::R8_UNORM, uploaded)?;
         let (entries, format) = (plan.table.entries, Format::R32G32B32A32_SFLOAT);
         let table = table_image(device, "transfer_function", entries, format, usage)?;
+        let axes = plan.table.gradients;
+        let extent = axes.map_or(one, |axis| UVec3::new(entries, axis.entries, 1));
+        let gradient_table = Image::new(
+            device,
+            "gradient_table",
+            ImageDesc {
+                image_type: ImageType::TYPE_2D,
+                extent,
+                format,
+                usage: uploaded,
+            },
+        )?;
+        let gradient_table = Arc::new(gradient_table);
+        let edge = if plan.octaves() > 0 {
+            NOISE_SIZE as u32
+        } else {
+            1
+        };
+        let noise = image_3d(device, "noise", UVec3::splat(edge), format, uploaded)?;
+        let repeating = SamplerDesc {
+            filter: Filter::LINEAR,
+            address_mode: SamplerAddressMode::REPEAT,
+        };
+        let repeating = Arc::new(Sampler::new(device, "repeating", repeating)?);
+        let bytes = size_of::<MaterialUniform>() as u64;
+        let material = Arc::new(Buffer::new(device, "material", bytes, BufferUse::Uniform)?);
         let volume_resource = if plan.loaded {
             Resource::SampledGeneral(volume.clone(), linear.clone())
         } else {
@@ -135,13 +168,34 @@ impl Medium {
             transfer_function: read(&table, &linear),
             cell_distance: read(&cell_distance, &nearest),
             cells,
+            material,
+            gradient_table: Resource::Sampled(gradient_table.clone(), linear),
+            noise: Resource::Sampled(noise.clone(), repeating),
             images: Images {
                 volume,
                 mask,
                 table,
+                gradient_table,
+                noise,
                 cell_distance,
             },
         })
+    }
+
+    /// A stage's own resources and the material's, as [`with_material`](super::with_material) orders them.
+    #[must_use]
+    pub fn with_material(&self, mut own: Vec<Resource>) -> Vec<Resource> {
+        own.extend([
+            Resource::Uniform(self.material.clone()),
+            self.gradient_table.clone(),
+            self.noise.clone(),
+        ]);
+        own
+    }
+
+    /// Writes what stages read of the material beside tables.
+    pub fn write_uniforms(&self, scene: &Scene) {
+        write(&self.material, &MaterialUniform::new(scene, &self.plan));
     }
 
     /// Streams the voxels, and the mask if there is one, to the device.
@@ -174,13 +228,35 @@ impl Medium {
         if self.plan.masked {
             times.extend(masked);
         }
-        if self.cells.is_none() {
-            // Never read: only brought to the layout its descriptor names.
-            let (name, after) = ("medium.unused", self.plan.reading());
-            let empty = |_, _, to: &mut [u8]| to.fill(0);
-            upload_image(d, &i.cell_distance, name, 1, after, empty, &mut |_, _| {})?;
-        }
+        self.fill_unused()?;
         Ok(times)
+    }
+
+    /// Brings images that are never read to the layout that their descriptors name.
+    fn fill_unused(&self) -> Result<(), GpuError> {
+        let fill = |image, texel, after| {
+            let empty = |_, _, to: &mut [u8]| to.fill(0);
+            let name = "medium.unused";
+            upload_image(
+                &self.device,
+                image,
+                name,
+                texel,
+                after,
+                empty,
+                &mut |_, _| {},
+            )
+        };
+        if self.cells.is_none() {
+            fill(&self.images.cell_distance, 1, self.plan.reading())?;
+        }
+        if self.plan.table.gradients.is_none() {
+            fill(&self.images.gradient_table, 16, Access::ComputeSampled)?;
+        }
+        if self.plan.octaves() == 0 {
+            fill(&self.images.noise, 16, Access::ComputeSampled)?;
+        }
+        Ok(())
     }
 
     /// Copies the transfer function's table to the device.
@@ -191,6 +267,21 @@ impl Medium {
         let baked = self.plan.table.bake(scene);
         let row = bytemuck::cast_slice(&baked);
         let mut times = self.upload_row(&self.images.table, 16, self.plan.reading(), row)?;
+        if let Some(gradients) = self.plan.table.bake_gradients(scene) {
+            let rows = bytemuck::cast_slice(&gradients);
+            let image = &self.images.gradient_table;
+            times.extend(self.upload_row(image, 16, Access::ComputeSampled, rows)?);
+        }
+        if let (true, Some(p)) = (self.plan.octaves() > 0, &scene.medium.perturbation) {
+            let noise = Noise::new(p.seed);
+            let texels = bytemuck::cast_slice(noise.texels());
+            times.extend(self.upload_row(
+                &self.images.noise,
+                16,
+                Access::ComputeSampled,
+                texels,
+            )?);
+        }
         if let Some(cells) = &self.cells {
             let counts = Table::occupied_before(&baked);
             let row = bytemuck::cast_slice(&counts);
@@ -204,6 +295,7 @@ impl Medium {
         }])
     }
 
+    /// Copies a whole image of not much.
     fn upload_row(
         &self,
         image: &Image,
@@ -263,7 +355,8 @@ impl Cells {
             &cells.reach_constants(),
             vec![read(&min_max), read(&occupied_before), write(&distance)],
         )?;
-        let distance_pipeline = ComputePipeline::new(device, DISTANCE, &cells.reach_constants())?;
+        let distance_pipeline =
+            ComputePipeline::new(device, DISTANCE, &cells.distance_constants())?;
         let to_pong = distance_pipeline.bind(vec![read(&distance), write(&pong)])?;
         let from_pong = distance_pipeline.bind(vec![read(&pong), write(&distance)])?;
         Ok(Self {

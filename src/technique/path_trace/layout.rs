@@ -9,12 +9,12 @@ use super::leaves;
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::Scene;
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
-use crate::technique::medium::{Medium, MediumPlan};
+use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::vec4;
 
 /// The walk by the device's filters, and by loads of 8-bit, 16-bit and float texels. They differ in
 /// how bindings 2 and 3, the medium, are read.
-const fn trace(shader: shader::Shader, bindings: &'static [BindingKind; 13]) -> StageLayout {
+const fn trace(shader: shader::Shader, bindings: &'static [BindingKind]) -> StageLayout {
     StageLayout {
         shader,
         bindings,
@@ -22,8 +22,8 @@ const fn trace(shader: shader::Shader, bindings: &'static [BindingKind; 13]) -> 
     }
 }
 
-const fn bindings(medium: BindingKind) -> [BindingKind; 13] {
-    [
+const fn bindings(medium: BindingKind) -> [BindingKind; 13 + MATERIAL.len()] {
+    with_material([
         BindingKind::UniformBuffer,
         BindingKind::UniformBuffer,
         medium,
@@ -37,11 +37,11 @@ const fn bindings(medium: BindingKind) -> [BindingKind; 13] {
         BindingKind::SampledImage,
         BindingKind::SampledImage,
         BindingKind::SampledImage,
-    ]
+    ])
 }
 
-const FILTERED: &[BindingKind; 13] = &bindings(BindingKind::SampledImage);
-const LOADED: &[BindingKind; 13] = &bindings(BindingKind::StorageImage);
+const FILTERED: &[BindingKind] = &bindings(BindingKind::SampledImage);
+const LOADED: &[BindingKind] = &bindings(BindingKind::StorageImage);
 
 /// The interfaces of the technique's stages, for the layout test.
 pub const LAYOUTS: &[StageLayout] = &[

@@ -4,8 +4,8 @@
 use glam::UVec3;
 use rayon::prelude::*;
 
-use crate::scene::Scene;
-use crate::technique::medium::Table;
+use crate::scene::{Perturbation, Scene};
+use crate::technique::medium::{Table, reach_of_noise};
 use crate::volume::Volume;
 
 /// Most cells along an axis; larger volumes get larger cells.
@@ -84,7 +84,10 @@ impl Level {
 pub fn leaves(scene: &Scene, table: &Table) -> Vec<[u32; 2]> {
     let volume = &scene.volume;
     let cells = cells_along(volume.grid.dims);
-    let mut levels = vec![finest(volume, &Ranges::new(scene, table), cells)];
+    let mut first = finest(volume, &Ranges::new(scene, table), cells);
+    let reach = reach_of_noise(scene) / f64::from(cell_edge(volume.grid.dims));
+    widen(&mut first, reach.ceil().min(cells.as_dvec3()).as_uvec3());
+    let mut levels = vec![first];
     let spacing = volume.grid.spacing();
     let edge = f64::from(cell_edge(volume.grid.dims)) * spacing;
     // A convex body's mean chord is 4 V / S; of a box 2 / (1/x + 1/y + 1/z).
@@ -187,6 +190,24 @@ fn finest(volume: &Volume, ranges: &Ranges, cells: UVec3) -> Level {
     }
 }
 
+/// What noise looks up in a cell lies up to `reach` cells off: every cell takes the bounds of all those about it.
+fn widen(level: &mut Level, reach: UVec3) {
+    let dims = level.dims;
+    for axis in (0..3).filter(|a| reach[*a] > 0) {
+        let widened = |c: UVec3| {
+            let last = (c[axis] + reach[axis]).min(dims[axis] - 1);
+            let mut bounds = Bounds::EMPTY;
+            for at in c[axis].saturating_sub(reach[axis])..=last {
+                let mut near = c;
+                near[axis] = at;
+                bounds = bounds.union(level.bounds[level.index(near)]);
+            }
+            bounds
+        };
+        level.bounds = level.cells().map(widened).collect();
+    }
+}
+
 /// The bounds over all voxels that a sample in the cell may be interpolated from.
 fn cell_bounds(volume: &Volume, ranges: &Ranges, cell: UVec3, edge: u32) -> Bounds {
     let last = volume.grid.dims - 1;
@@ -225,9 +246,14 @@ struct Ranges {
 impl Ranges {
     fn new(scene: &Scene, table: &Table) -> Self {
         let baked = table.bake(scene);
+        // Where gradients decide too, the table holds the most that they make of a value; the least may be nothing.
+        let least = if table.gradients.is_some() { 0.0 } else { 1.0 };
+        // Noise makes any value's extinction smaller and larger by as much.
+        let perturbation = scene.medium.perturbation.as_ref();
+        let varied = perturbation.map_or(0.0, Perturbation::largest_variation) as f32;
         let entry = |e: &[f32; 4]| Bounds {
-            min: e[3],
-            max: e[3],
+            min: (1.0 - varied) * least * e[3],
+            max: (1.0 + varied) * e[3],
         };
         let mut runs = vec![baked.iter().map(entry).collect::<Vec<_>>()];
         let mut reach = 1;

@@ -105,7 +105,8 @@ pub fn plan(
         limits,
     )?;
     let one_leaf = is_one_leaf(scene, &medium.table);
-    let straight = is_straight(&medium.table.bake(scene));
+    let plain = medium.table.gradients.is_none() && medium.varied == 0;
+    let straight = plain && is_straight(&medium.table.bake(scene));
     let dims = scene.volume.grid.dims;
     let values = [
         u32::from(medium.masked),
@@ -149,12 +150,13 @@ pub fn plan(
     omit("environment map", map.is_none(), none);
     omit("albedo volume", !albedo.is_there, none);
     Ok(PathTracePlan {
-        medium,
         specialization: CONSTANTS
             .into_iter()
             .zip(values)
             .map(|(constant, value)| Specialization { value, ..constant })
+            .chain(medium.constants())
             .collect(),
+        medium,
         image: [image.width, image.height],
         groups: tiles.div_ceil(spread) * spread,
         rounds: u32::try_from((MAX_EVENTS / pixels).clamp(16, 4096)).unwrap_or(16),

@@ -7,12 +7,14 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::scene::{Falloff, Light, PathTraceParams, Scene, world_from_map};
+use crate::scene::transfer_function::OPACITY_MAX;
+use crate::scene::{Falloff, Light, PathTraceParams, Perturbation, Scene, world_from_map};
 use crate::technique::lights::environment;
 use crate::technique::phase_hg;
+use crate::technique::reference_medium::ReferenceMedium;
 use crate::technique::reference_ray::{camera_ray, interval};
 
 /// Sums over the samples of a pixel.
@@ -70,7 +72,7 @@ pub fn sample_hg(u: f64, g: f64) -> f64 {
 
 struct Tracer<'a> {
     scene: &'a Scene,
-    index_from_world: DAffine3,
+    medium: ReferenceMedium<'a>,
     majorant: f64,
     max_scatter: u32,
 }
@@ -79,14 +81,20 @@ impl<'a> Tracer<'a> {
     fn new(scene: &'a Scene, params: &PathTraceParams) -> Self {
         let tf = &scene.medium.transfer_function;
         let s = &scene.statistics;
+        let perturbation = scene.medium.perturbation.as_ref();
+        let varied = perturbation.map_or(0.0, Perturbation::largest_variation);
+        // All shapes together are no denser than the sum of their peaks.
+        let shapes = tf.primitives.iter().map(|p| p.opacity);
+        let shapes: f64 = shapes.map(|a| -(-a.min(OPACITY_MAX)).ln_1p()).sum();
         let inside = tf.points.iter().map(|p| p.value);
         let sigma_t = inside
             .chain([s.min, s.max])
-            .map(|value| tf.sigma_t(value.clamp(s.min, s.max)));
+            .map(|value| tf.sigma_t(value.clamp(s.min, s.max)))
+            .chain([shapes / tf.opacity_unit_distance]);
         Self {
             scene,
-            index_from_world: scene.volume.grid.world_from_index.inverse(),
-            majorant: sigma_t.fold(1e-30, f64::max) * scene.medium.density_scale,
+            medium: ReferenceMedium::new(scene),
+            majorant: sigma_t.fold(1e-30, f64::max) * scene.medium.density_scale * (1.0 + varied),
             max_scatter: params.max_scatter.unwrap_or(u32::MAX),
         }
     }
@@ -112,13 +120,10 @@ impl<'a> Tracer<'a> {
                 return (radiance + throughput * beyond, events > 0);
             };
             x += t * d;
-            let color = medium
-                .transfer_function
-                .evaluate(self.value(x))
-                .0
-                .as_dvec3();
+            let q = self.medium.index(x);
+            let (color, _) = self.medium.material(q);
             radiance += throughput * medium.emission * color;
-            let albedo = medium.albedo * self.albedo_color(x).unwrap_or(color);
+            let albedo = medium.albedo * self.medium.albedo(q, color);
             let survival = albedo.max_element();
             if events >= self.max_scatter || random.next() >= survival {
                 return (radiance, true);
@@ -149,11 +154,6 @@ impl<'a> Tracer<'a> {
             _ => DVec3::ZERO,
         };
         self.scene.lights.iter().map(radiance).sum()
-    }
-
-    fn albedo_color(&self, x: DVec3) -> Option<DVec3> {
-        let colors = self.scene.medium.albedo_volume.as_ref()?;
-        Some(colors.sample_index(self.index_from_world.transform_point3(x)))
     }
 
     /// Light scattered once at `x` from `light` into the path that arrived along `d`.
@@ -191,23 +191,17 @@ impl<'a> Tracer<'a> {
 
     /// Distance to the next collision, if there is one before `t_end`.
     fn collide(&self, x: DVec3, d: DVec3, t_end: f64, random: &mut Random) -> Option<f64> {
-        let medium = &self.scene.medium;
         let mut t = 0.0;
         loop {
             t -= (-random.next()).ln_1p() / self.majorant;
             if t >= t_end {
                 return None;
             }
-            let sigma_t = medium.transfer_function.sigma_t(self.value(x + t * d));
-            if random.next() * self.majorant < sigma_t * medium.density_scale {
+            let sigma_t = self.medium.sigma_t(self.medium.index(x + t * d));
+            if random.next() * self.majorant < sigma_t {
                 return Some(t);
             }
         }
-    }
-
-    fn value(&self, x: DVec3) -> f64 {
-        let q = self.index_from_world.transform_point3(x);
-        self.scene.volume.sample_index(q)
     }
 }
 

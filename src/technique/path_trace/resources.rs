@@ -79,7 +79,7 @@ impl PathTrace {
         let albedo = AlbedoImage::new(device, plan.albedo, albedo)?;
         let nearest = sampler(device, "nearest", Filter::NEAREST)?;
         let linear = sampler(device, "linear", Filter::LINEAR)?;
-        let binding = pipeline.bind(vec![
+        let binding = pipeline.bind(medium.with_material(vec![
             Resource::Uniform(target.view.clone()),
             Resource::Uniform(buffers.trace.clone()),
             medium.volume.clone(),
@@ -93,7 +93,7 @@ impl PathTrace {
             albedo.resource(linear),
             Resource::Sampled(maps.map.clone(), nearest.clone()),
             Resource::Sampled(maps.alias.clone(), nearest),
-        ])?;
+        ]))?;
         Ok(Self {
             plan: plan.clone(),
             pipeline,

@@ -5,12 +5,12 @@ use bytemuck::{Pod, Zeroable};
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{RayMarchParams, Scene};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
-use crate::technique::medium::{Medium, MediumPlan};
+use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::{gradient_rows, vec4};
 
 /// The march by the device's filter, and by loads of 8-bit, 16-bit and float texels. They differ in
 /// how bindings 2 to 4, the medium, are read.
-const fn march(shader: shader::Shader, bindings: &'static [BindingKind; 7]) -> StageLayout {
+const fn march(shader: shader::Shader, bindings: &'static [BindingKind]) -> StageLayout {
     StageLayout {
         shader,
         bindings,
@@ -18,8 +18,8 @@ const fn march(shader: shader::Shader, bindings: &'static [BindingKind; 7]) -> S
     }
 }
 
-const fn bindings(medium: BindingKind) -> [BindingKind; 7] {
-    [
+const fn bindings(medium: BindingKind) -> [BindingKind; 7 + MATERIAL.len()] {
+    with_material([
         BindingKind::UniformBuffer,
         BindingKind::UniformBuffer,
         medium,
@@ -27,11 +27,11 @@ const fn bindings(medium: BindingKind) -> [BindingKind; 7] {
         medium,
         BindingKind::SampledImage,
         BindingKind::StorageImage,
-    ]
+    ])
 }
 
-const FILTERED: &[BindingKind; 7] = &bindings(BindingKind::SampledImage);
-const LOADED: &[BindingKind; 7] = &bindings(BindingKind::StorageImage);
+const FILTERED: &[BindingKind] = &bindings(BindingKind::SampledImage);
+const LOADED: &[BindingKind] = &bindings(BindingKind::StorageImage);
 
 /// The interfaces of the technique's stages, for the layout test.
 pub const LAYOUTS: &[StageLayout] = &[

@@ -160,6 +160,7 @@ impl RayMarchPlan {
             .into_iter()
             .zip(values)
             .map(|(constant, value)| Specialization { value, ..constant })
+            .chain(self.medium.constants())
             .collect();
         let mut omit = |what, left_out: bool, why: &str| {
             if left_out {

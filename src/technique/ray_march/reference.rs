@@ -3,11 +3,12 @@
 //! Same sample positions and the same filtering as the shader, but no table, no skipping, no early
 //! end and the plain formula `1 - exp(-tau)`.
 
-use glam::{DAffine3, DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::layout::step_length;
 use crate::scene::{Falloff, Light, RayMarchParams, Scene, Shading};
 use crate::technique::lights::mean_environment;
+use crate::technique::reference_medium::ReferenceMedium;
 use crate::technique::reference_ray::{camera_ray, interval};
 
 /// Radiance (rgb) and `1 - transmittance` (w) of a point of the image; `(0, 0)` is the top left
@@ -23,18 +24,14 @@ pub fn march(scene: &Scene, params: &RayMarchParams, at: DVec2) -> DVec4 {
         .ceil()
         .max(1.0);
     let dt = (t1 - t0) / count;
-    let index_from_world = scene.volume.grid.world_from_index.inverse();
-    let tf = &scene.medium.transfer_function;
+    let medium = ReferenceMedium::new(scene);
     let (mut radiance, mut tau) = (DVec3::ZERO, 0.0_f64);
     for i in 0..count as u64 {
         let x = origin + (t0 + (i as f64 + 0.5) * dt) * direction;
-        let value = scene
-            .volume
-            .sample_index(index_from_world.transform_point3(x));
-        let dtau = tf.sigma_t(value) * scene.medium.density_scale * dt;
-        let color = tf.evaluate(value).0.as_dvec3();
+        let (color, sigma_t) = medium.material(medium.index(x));
+        let dtau = sigma_t * dt;
         let source = match &params.shading {
-            Some(shading) => shade(scene, shading, &index_from_world, x, -direction, color),
+            Some(shading) => shade(scene, shading, &medium, x, -direction, color),
             None => color,
         };
         radiance += (-tau).exp() * -(-dtau).exp_m1() * source;
@@ -47,25 +44,13 @@ pub fn march(scene: &Scene, params: &RayMarchParams, at: DVec2) -> DVec4 {
 fn shade(
     scene: &Scene,
     shading: &Shading,
-    index_from_world: &DAffine3,
+    medium: &ReferenceMedium<'_>,
     x: DVec3,
     w_o: DVec3,
     color: DVec3,
 ) -> DVec3 {
-    let last = scene.volume.grid.dims.as_dvec3() - 1.0;
-    let p = index_from_world
-        .transform_point3(x)
-        .clamp(DVec3::ZERO, last);
-    let difference = |axis: DVec3| {
-        let ahead = scene.volume.sample_index((p + axis).min(last));
-        ahead - scene.volume.sample_index((p - axis).max(DVec3::ZERO))
-    };
-    let d = DVec3::new(
-        difference(DVec3::X),
-        difference(DVec3::Y),
-        difference(DVec3::Z),
-    );
-    let n = (index_from_world.matrix3.transpose() * d).normalize_or_zero();
+    let d = medium.differences(medium.index(x));
+    let n = medium.world_direction(d).normalize_or_zero();
     let n = if n.dot(w_o) < 0.0 { -n } else { n };
     let mut radiance =
         f64::from(shading.ambient) * mean_environment(&scene.lights).as_dvec3() * color;

@@ -47,7 +47,7 @@ impl RayMarch {
             || Buffer::new(device, "march", bytes, BufferUse::Uniform).map(Arc::new),
             Ok,
         )?;
-        let binding = pipeline.bind(vec![
+        let binding = pipeline.bind(medium.with_material(vec![
             Resource::Uniform(target.view.clone()),
             Resource::Uniform(march.clone()),
             medium.volume.clone(),
@@ -55,7 +55,7 @@ impl RayMarch {
             medium.cell_distance.clone(),
             medium.mask.clone(),
             Resource::Storage(target.radiance.clone()),
-        ])?;
+        ]))?;
         Ok(Self {
             plan: plan.clone(),
             pipeline,

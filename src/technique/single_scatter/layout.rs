@@ -7,15 +7,15 @@ use super::SingleScatterPlan;
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{Scene, SingleScatterParams};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
-use crate::technique::medium::{Medium, MediumPlan};
+use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::{grid_rows, vec4};
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 
 // By the device's filters, and by loads of 8-bit, 16-bit and float texels: they differ in how bindings
 // 2 to 4, the medium, and 7, the cache, are read.
-const fn cache_bindings(medium: BindingKind) -> [BindingKind; 7] {
-    [
+const fn cache_bindings(medium: BindingKind) -> [BindingKind; 7 + MATERIAL.len()] {
+    with_material([
         UniformBuffer,
         UniformBuffer,
         medium,
@@ -23,11 +23,11 @@ const fn cache_bindings(medium: BindingKind) -> [BindingKind; 7] {
         medium,
         SampledImage,
         StorageImage,
-    ]
+    ])
 }
 
-const fn march_bindings(medium: BindingKind) -> [BindingKind; 9] {
-    [
+const fn march_bindings(medium: BindingKind) -> [BindingKind; 9 + MATERIAL.len()] {
+    with_material([
         UniformBuffer,
         UniformBuffer,
         medium,
@@ -37,7 +37,7 @@ const fn march_bindings(medium: BindingKind) -> [BindingKind; 9] {
         StorageImage,
         medium,
         SampledImage,
-    ]
+    ])
 }
 
 const CACHE_FILTERED: &[BindingKind] = &cache_bindings(SampledImage);

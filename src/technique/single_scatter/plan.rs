@@ -146,8 +146,8 @@ pub fn plan(
         u32::from(albedo.is_there),
     ];
     Ok(SingleScatterPlan {
-        cache_constants: Specialization::with_values(&CACHE_CONSTANTS, &values),
-        march_constants: Specialization::with_values(&MARCH_CONSTANTS, &values),
+        cache_constants: medium.with_constants(&CACHE_CONSTANTS, &values),
+        march_constants: medium.with_constants(&MARCH_CONSTANTS, &values),
         cache,
         albedo,
         image: [image.width, image.height],

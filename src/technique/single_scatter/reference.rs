@@ -3,11 +3,12 @@
 //! No table, no cache, no skipping, no early end: a shadow ray from the middle of every sample, midpoint
 //! sums along both rays.
 
-use glam::{DAffine3, DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::layout::step_length;
 use crate::scene::{Falloff, Light, Scene, SingleScatterParams};
 use crate::technique::phase_hg;
+use crate::technique::reference_medium::ReferenceMedium;
 use crate::technique::reference_ray::{camera_ray, interval};
 
 /// Radiance (rgb) and `1 - transmittance` (w) of a point of the image; `(0, 0)` is the top left
@@ -21,18 +22,19 @@ pub fn march(scene: &Scene, params: &SingleScatterParams, at: DVec2) -> DVec4 {
     };
     let eye = Eye {
         scene,
-        index_from_world: scene.volume.grid.world_from_index.inverse(),
+        medium: ReferenceMedium::new(scene),
         shadow_step: params.shadow_step * scene.volume.grid.spacing().min_element(),
     };
     let (count, dt) = steps(t1 - t0, step_length(scene, params));
-    let (tf, medium) = (&scene.medium.transfer_function, &scene.medium);
+    let medium = &scene.medium;
     let (mut radiance, mut tau) = (DVec3::ZERO, 0.0_f64);
     for i in 0..count {
         let x = origin + (t0 + (i as f64 + 0.5) * dt) * direction;
-        let dtau = eye.sigma_t(x) * dt;
-        let color = tf.evaluate(eye.value(x)).0.as_dvec3();
+        let q = eye.medium.index(x);
+        let (color, sigma_t) = eye.medium.material(q);
+        let dtau = sigma_t * dt;
         let lit: DVec3 = scene.lights.iter().map(|l| eye.lit(l, x, direction)).sum();
-        let source = medium.emission * color + medium.albedo * eye.albedo(x, color) * lit;
+        let source = medium.emission * color + medium.albedo * eye.medium.albedo(q, color) * lit;
         radiance += (-tau).exp() * -(-dtau).exp_m1() * source;
         tau += dtau;
     }
@@ -41,28 +43,11 @@ pub fn march(scene: &Scene, params: &SingleScatterParams, at: DVec2) -> DVec4 {
 
 struct Eye<'a> {
     scene: &'a Scene,
-    index_from_world: DAffine3,
+    medium: ReferenceMedium<'a>,
     shadow_step: f64,
 }
 
 impl Eye<'_> {
-    fn value(&self, x: DVec3) -> f64 {
-        let q = self.index_from_world.transform_point3(x);
-        self.scene.volume.sample_index(q)
-    }
-
-    fn sigma_t(&self, x: DVec3) -> f64 {
-        let medium = &self.scene.medium;
-        medium.transfer_function.sigma_t(self.value(x)) * medium.density_scale
-    }
-
-    /// Albedo over the medium's factor: the colour, or what the albedo volume says.
-    fn albedo(&self, x: DVec3, color: DVec3) -> DVec3 {
-        let colors = self.scene.medium.albedo_volume.as_ref();
-        let q = self.index_from_world.transform_point3(x);
-        colors.map_or(color, |c| c.sample_index(q))
-    }
-
     /// Radiance per unit albedo that a light, dimmed on its way to `x`, scatters against `direction`.
     fn lit(&self, light: &Light, x: DVec3, direction: DVec3) -> DVec3 {
         let (w_i, far, irradiance) = match light {
@@ -87,7 +72,10 @@ impl Eye<'_> {
         let tau = interval(self.scene, x, w_i, 0.0).map_or(0.0, |(start, end)| {
             let end = end.min(far);
             let (count, dt) = steps(end - start, self.shadow_step);
-            let at = |i: u64| self.sigma_t(x + (start + (i as f64 + 0.5) * dt) * w_i);
+            let at = |i: u64| {
+                let place = x + (start + (i as f64 + 0.5) * dt) * w_i;
+                self.medium.sigma_t(self.medium.index(place))
+            };
             (0..count).map(at).sum::<f64>() * dt
         });
         let phase = phase_hg(w_i.dot(direction), self.scene.medium.phase_g);

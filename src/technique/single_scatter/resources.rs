@@ -92,7 +92,7 @@ impl SingleScatter {
                 medium.mask.clone(),
             ];
             list.extend(last);
-            list
+            medium.with_material(list)
         };
         let light_cache = match &plan.cache {
             Some(_) => {

@@ -5,13 +5,13 @@ use bytemuck::{Pod, Zeroable};
 use super::SummedAreaPlan;
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::Scene;
-use crate::technique::medium::{Medium, MediumPlan};
+use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::grid_rows;
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 
-const fn bindings(medium: BindingKind) -> [BindingKind; 8] {
-    [
+const fn bindings(medium: BindingKind) -> [BindingKind; 8 + MATERIAL.len()] {
+    with_material([
         UniformBuffer,
         UniformBuffer,
         medium,
@@ -20,7 +20,7 @@ const fn bindings(medium: BindingKind) -> [BindingKind; 8] {
         SampledImage,
         StorageImage,
         StorageImage,
-    ]
+    ])
 }
 
 const FILTERED: &[BindingKind] = &bindings(SampledImage);

@@ -4,7 +4,7 @@ use glam::{DVec3, UVec3};
 
 use super::{ScanForm, layout};
 use crate::gpu::{Format, Limits, Specialization, StageLayout};
-use crate::scene::Scene;
+use crate::scene::{Perturbation, Scene};
 use crate::technique::medium::MediumPlan;
 use crate::technique::{Input, Inputs, PlanError, ResourceKind, ResourcePlan, StagePlan};
 
@@ -122,6 +122,8 @@ impl SummedAreaPlan {
         let touched = (side + 2.0).min(cells.as_dvec3()).element_product();
         let baked = medium.table.bake(scene);
         let densest = baked.iter().map(|e| f64::from(e[3])).fold(0.0, f64::max);
+        let perturbation = scene.medium.perturbation.as_ref();
+        let densest = densest * (1.0 + perturbation.map_or(0.0, Perturbation::largest_variation));
         let largest = (MAX_SUM / touched).min(MAX_LEVEL).floor();
         let per_slice = medium.dims.x as u64 * medium.dims.y as u64 * u64::from(cell.z);
         let slices = (MAX_VOXELS / per_slice.max(1)).clamp(1, u64::from(cells.z));
@@ -150,6 +152,7 @@ impl SummedAreaPlan {
             slices_per_submission: u32::try_from(slices).unwrap_or(1),
             constants: constants
                 .map(|(&c, value)| Specialization { value, ..c })
+                .chain(medium.constants())
                 .collect(),
             scan: ScanForm::new(limits),
             reading: layout::reading(medium),

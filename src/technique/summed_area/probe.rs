@@ -102,6 +102,7 @@ fn uploaded(device: &Device, scene: &Scene, plan: &MediumPlan) -> Result<Medium,
     let medium = Medium::new(device, plan)?;
     medium.upload_volume(&scene.volume, &mut |_, _| {})?;
     medium.upload_table(scene)?;
+    medium.write_uniforms(scene);
     let mut recorder = Recorder::new(device)?;
     medium::record_ranges(&mut recorder, &medium);
     medium::record_occupancy(&mut recorder, &medium);

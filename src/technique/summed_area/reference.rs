@@ -5,6 +5,7 @@ use glam::{DVec3, UVec3};
 
 use super::{FieldKind, FieldPlan};
 use crate::scene::Scene;
+use crate::technique::reference_medium::ReferenceMedium;
 
 /// Shells that tell occlusion.
 const SHELLS: u32 = 3;
@@ -14,9 +15,10 @@ const SHELLS: u32 = 3;
 #[must_use]
 pub fn cell_extinctions(scene: &Scene, cell: UVec3, split: UVec3) -> Vec<f64> {
     let volume = scene.volume.grid.dims;
+    let medium = ReferenceMedium::new(scene);
     if split.max_element() > 1 {
         let middle = |p: UVec3| (p.as_dvec3() + 0.5) / split.as_dvec3() - 0.5;
-        let at = |p: UVec3| extinction(scene, middle(p), scene.volume.sample_index(middle(p)));
+        let at = |p: UVec3| extinction(scene, &medium, middle(p));
         return positions(volume * split).map(at).collect();
     }
     let voxels = cell.element_product();
@@ -24,7 +26,7 @@ pub fn cell_extinctions(scene: &Scene, cell: UVec3, split: UVec3) -> Vec<f64> {
         let sum: f64 = positions(cell)
             .map(|p| at * cell + p)
             .filter(|p| p.cmplt(volume).all())
-            .map(|p| voxel(scene, p))
+            .map(|p| extinction(scene, &medium, p.as_dvec3()))
             .sum();
         sum / f64::from(voxels)
     };
@@ -98,15 +100,9 @@ fn share_seen(thickness: f64, mean: f64, square: f64) -> f64 {
     1.0 + mean * mean / square * (-square / mean * thickness).exp_m1()
 }
 
-/// Extinction at a voxel's centre, per world unit.
-fn voxel(scene: &Scene, p: UVec3) -> f64 {
-    let value = scene.volume.value(scene.volume.grid.linear_index(p));
-    extinction(scene, p.as_dvec3(), value)
-}
-
-/// Extinction at grid coordinates where the volume has a value, per world unit.
-fn extinction(scene: &Scene, q: DVec3, value: f64) -> f64 {
-    let (grid, clip, m) = (&scene.volume.grid, &scene.clip, &scene.medium);
+/// Extinction at grid coordinates, per world unit.
+fn extinction(scene: &Scene, medium: &ReferenceMedium<'_>, q: DVec3) -> f64 {
+    let (grid, clip) = (&scene.volume.grid, &scene.clip);
     let x = grid.world_from_index.transform_point3(q);
     let in_box = clip
         .bounds
@@ -114,8 +110,8 @@ fn extinction(scene: &Scene, q: DVec3, value: f64) -> f64 {
     let in_front = clip
         .plane
         .is_none_or(|plane| plane.normal.dot(x - plane.point) >= 0.0);
-    if in_box && in_front && value.is_finite() {
-        m.transfer_function.sigma_t(value) * m.density_scale
+    if in_box && in_front {
+        medium.sigma_t(q)
     } else {
         0.0
     }

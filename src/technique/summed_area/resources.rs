@@ -118,7 +118,7 @@ impl SummedArea {
         let tables = tables.into_iter().map(|image| self.scan.bind(image));
         Ok(Sums {
             tables: tables.collect::<Result<_, GpuError>>()?,
-            extinction: self.extinction.bind(list)?,
+            extinction: self.extinction.bind(medium.with_material(list))?,
         })
     }
 }

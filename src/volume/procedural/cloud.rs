@@ -58,6 +58,12 @@ pub(super) fn evaluate(p: DVec3) -> f64 {
     skin * floor * (0.55 + 0.3 * core + 0.15 * variation)
 }
 
+/// Density, in [0, 1], of the cloud's body without the detail: a blend of balls that rises over 0.3 units from 0 to
+/// 1, as coarse as a cloud is modelled where noise is to do the rest `[Kniss2003, Fig. 10]`.
+pub(super) fn coarse(p: DVec3) -> f64 {
+    smoothstep(-0.1, 0.2, -body(p)) * smoothstep(BASE - 0.05, BASE + 0.1, p.z)
+}
+
 /// Signed distance (negative inside) to the smoothly blended balls.
 fn body(p: DVec3) -> f64 {
     BALLS

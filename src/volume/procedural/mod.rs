@@ -32,16 +32,19 @@ pub enum Procedural {
     Cloud,
     /// A machined part built from CSG solids.
     MechanicalPart,
+    /// The coarse body of a cloud, to be given detail by noise.
+    Cumulus,
 }
 
 impl Procedural {
     /// All procedural volumes.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::MarschnerLobb,
         Self::SheppLogan,
         Self::Supernova,
         Self::Cloud,
         Self::MechanicalPart,
+        Self::Cumulus,
     ];
 
     /// The name used in scene files and on the command line (`snake_case`).
@@ -53,6 +56,7 @@ impl Procedural {
             Self::Supernova => "supernova",
             Self::Cloud => "cloud",
             Self::MechanicalPart => "mechanical_part",
+            Self::Cumulus => "cumulus",
         }
     }
 
@@ -66,6 +70,7 @@ impl Procedural {
             Self::Supernova => supernova::evaluate(p),
             Self::Cloud => cloud::evaluate(p),
             Self::MechanicalPart => mechanical_part::evaluate(p),
+            Self::Cumulus => cloud::coarse(p),
         }
     }
 

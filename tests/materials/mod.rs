@@ -1,0 +1,123 @@
+//! What tests of the medium's material share: that every technique sees it as the equations do.
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses a part")]
+
+use glam::{DVec2, Vec3};
+use tyndall::gpu::Device;
+use tyndall::scene::transfer_function::{Primitive, Quantity};
+use tyndall::scene::{
+    AmbientOcclusionParams, AmbientScatteringParams, Light, LightCache, Radius, RayMarchParams,
+    Scene, SingleScatterParams, TechniqueParams, TransferFunction,
+};
+use tyndall::technique::{ray_march, single_scatter};
+
+use crate::common::{params, render};
+
+/// Voxels between samples.
+const STEP: f64 = 0.25;
+
+/// A transfer function of shapes over values and gradients.
+pub fn shapes(list: &[Primitive]) -> TransferFunction {
+    TransferFunction {
+        name: "test".to_owned(),
+        quantity: Quantity::Opacity,
+        points: Vec::new(),
+        primitives: list.to_vec(),
+        opacity_unit_distance: 1.0,
+    }
+}
+
+fn marched() -> RayMarchParams {
+    RayMarchParams {
+        step: STEP,
+        ..params()
+    }
+}
+
+fn scattered() -> SingleScatterParams {
+    SingleScatterParams {
+        step: STEP,
+        shadow_step: STEP,
+        cache: LightCache::None,
+        early_termination: 1.0,
+        empty_space_skipping: true,
+    }
+}
+
+/// The scene by all that march, at one step and without an early end.
+pub fn every_technique(s: &Scene) -> Vec<Scene> {
+    [
+        TechniqueParams::RayMarch(marched()),
+        TechniqueParams::SingleScatter(scattered()),
+        TechniqueParams::AmbientOcclusion(AmbientOcclusionParams {
+            step: STEP,
+            radius: Radius::Voxels(3.0),
+            early_termination: 1.0,
+            empty_space_skipping: true,
+        }),
+        TechniqueParams::AmbientScattering(AmbientScatteringParams {
+            step: STEP,
+            radius: Radius::Voxels(3.0),
+            early_termination: 1.0,
+            ..AmbientScatteringParams::default()
+        }),
+    ]
+    .map(|technique| Scene {
+        technique,
+        ..s.clone()
+    })
+    .to_vec()
+}
+
+/// Every technique's opacity, and the radiance of those that have closed equations, are those of the CPU.
+pub fn assert_all_see_the_equations(device: &Device, s: &Scene) {
+    let (width, height) = (s.image.width, s.image.height);
+    let at = |i: u32| {
+        let centre = DVec2::new((i % width).into(), (i / width).into()) + 0.5;
+        centre / DVec2::new(width.into(), height.into())
+    };
+    let pixels = 0..width * height;
+    let mut s = s.clone();
+    s.lights.push(Light::Environment {
+        radiance: Vec3::splat(0.1),
+    });
+    let marched = marched();
+    let expected: Vec<_> = pixels
+        .clone()
+        .map(|i| ray_march::reference::march(&s, &marched, at(i)))
+        .collect();
+    let densest = expected.iter().map(|p| p.w).fold(0.0, f64::max);
+    assert!(densest > 0.3 && densest < 0.9999, "{densest}");
+    for s in every_technique(&s) {
+        let image = render(device, &s);
+        let name = s.technique.name();
+        let lit: Option<Vec<_>> = match s.technique {
+            TechniqueParams::RayMarch(_) => Some(expected.clone()),
+            TechniqueParams::SingleScatter(p) => Some(
+                pixels
+                    .clone()
+                    .map(|i| single_scatter::reference::march(&s, &p, at(i)))
+                    .collect(),
+            ),
+            _ => None,
+        };
+        let mut brightest = 0.0_f64;
+        let mut farthest = 0.0_f64;
+        for (i, pixel) in image.pixels.iter().enumerate() {
+            let alpha = (f64::from(pixel[3]) - expected[i].w).abs();
+            // The table is linear between its entries.
+            assert!(
+                alpha < 3e-4,
+                "{name}, pixel {i}: opacity differs by {alpha}"
+            );
+            if let Some(lit) = &lit {
+                brightest = brightest.max(lit[i].x);
+                farthest = farthest.max((f64::from(pixel[0]) - lit[i].x).abs());
+            }
+        }
+        // Single scattering integrates over a sample what its equations take at the middle.
+        assert!(
+            farthest <= 1e-2 * brightest,
+            "{name}: {farthest} of {brightest}"
+        );
+    }
+}
