@@ -18,9 +18,9 @@ pub use lat_long_map::{LatLongMap, LatLongMapError};
 pub use light::{Falloff, Light, world_from_map};
 pub use medium::Medium;
 pub use settings::{
-    AmbientOcclusionParams, AmbientScatteringParams, Exposure, Gather, ImageSettings, LightCache,
-    PathTraceParams, Radius, RayMarchParams, Shading, SingleScatterParams, TechniqueParams,
-    ToneMap, Tube,
+    AmbientOcclusionParams, AmbientScatteringParams, Exposure, Gather, HalfAngleParams,
+    ImageSettings, LightCache, Lighting, PathTraceParams, Radius, RayMarchParams, Shading,
+    SingleScatterParams, SurfaceShading, TechniqueParams, ToneMap, TransportColor, Tube,
 };
 pub use transfer_function::{ControlPoint, TransferFunction};
 

@@ -7,6 +7,7 @@
 mod albedo_volume;
 pub mod ambient_occlusion;
 pub mod ambient_scattering;
+pub mod half_angle;
 mod inputs;
 mod knob;
 mod lights;
@@ -18,6 +19,7 @@ mod plan;
 pub mod ray_march;
 mod reference_ray;
 mod renderer;
+mod seen;
 pub mod single_scatter;
 mod spread;
 pub mod summed_area;

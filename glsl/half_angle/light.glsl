@@ -1,0 +1,77 @@
+// Light as a sample finds it: from where, how far within the slice, and what the light buffer holds of it.
+#include "shared/phase.glsl"
+
+const float INV_4_PI = 0.0795774715;
+
+layout(set = 0, binding = 10, rgba32f) readonly uniform image1D phase_table;
+
+// Per steradian, for each colour; cos_theta = 1 is straight on.
+vec3 phase(float cos_theta) {
+    if (PHASE_TABLE) {
+        float at = clamp(0.5 + 0.5 * cos_theta, 0.0, 1.0) * sweep.phase.z;
+        int lo = int(at);
+        int hi = min(lo + 1, int(sweep.phase.z));
+        return mix(imageLoad(phase_table, lo).rgb, imageLoad(phase_table, hi).rgb, at - float(lo));
+    }
+    return vec3(ISOTROPIC ? INV_4_PI : phase_hg(cos_theta, sweep.phase.x));
+}
+
+// Of light that was scattered on its way: it comes from about the light's direction.
+float spread_phase(float cos_theta) {
+    return ISOTROPIC ? INV_4_PI : phase_hg(cos_theta, sweep.phase.y);
+}
+
+vec3 towards_light(vec3 x) {
+    if (POINT_LIGHTS && sweep.light.place.w > 0.0) {
+        vec3 to = sweep.light.place.xyz - x;
+        return to / max(length(to), 1e-30);
+    }
+    return sweep.light.place.xyz;
+}
+
+// How far from p a ray of direction d leaves the box from 0 to 1.
+float leaving(vec3 p, vec3 d) {
+    d = mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    vec3 t = (step(vec3(0.0), d) - p) / d;
+    return min(t.x, min(t.y, t.z));
+}
+
+// Length of the way of light to x within the slice and the medium.
+float way_in_slice(vec3 x, vec3 w_i) {
+    float way = (dot(sweep.axis.xyz, x) - push.faces.x) / max(-dot(sweep.axis.xyz, w_i), 1e-3);
+    way = min(way, leaving(texture_point(x), texture_direction(w_i)));
+    if (CLIP_BOX) {
+        vec3 size = view.clip_max.xyz - view.clip_min.xyz;
+        way = min(way, leaving((x - view.clip_min.xyz) / size, w_i / size));
+    }
+    if (CLIP_PLANE) way = min(way, clip_to_half_space(vec2(0.0, way), x, w_i, view.clip_plane).y);
+    if (POINT_LIGHTS && sweep.light.place.w > 0.0) way = min(way, distance(x, sweep.light.place.xyz));
+    return max(way, 0.0);
+}
+
+// The light buffer between its texels' centres.
+vec4 arriving_at(vec3 x) {
+    vec3 from = x;
+    float depth = 1.0;
+    if (POINT_LIGHTS && sweep.light.place.w > 0.0) {
+        from -= sweep.light.place.xyz;
+        depth = max(dot(from, sweep.light_axis.xyz), 1e-30);
+    }
+    vec2 place = vec2(dot(from, sweep.light_u.xyz), dot(from, sweep.light_v.xyz)) / depth;
+    vec2 last = vec2(sweep.light_u.w, sweep.light_v.w) - 1.0;
+    vec2 at = clamp((place - sweep.light_low.xy) / sweep.light_low.z - 0.5, vec2(0.0), last);
+    ivec2 lo = ivec2(at), hi = min(lo + 1, ivec2(last));
+    vec2 f = at - vec2(lo);
+    vec4 low = mix(imageLoad(current, lo), imageLoad(current, ivec2(hi.x, lo.y)), f.x);
+    vec4 high = mix(imageLoad(current, ivec2(lo.x, hi.y)), imageLoad(current, hi), f.x);
+    return mix(low, high, f.y);
+}
+
+// The stretch of a ray that the buffer's part of a point light shines on: a pyramid of a cube's face.
+vec2 in_frustum(vec2 t, vec3 o, vec3 d) {
+    vec3 from = o - sweep.light.place.xyz;
+    t = clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz + sweep.light_u.xyz, 0.0));
+    t = clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz - sweep.light_u.xyz, 0.0));
+    t = clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz + sweep.light_v.xyz, 0.0));
+    return clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz - sweep.light_v.xyz, 0.0));
+}
