@@ -49,22 +49,34 @@ float way_in_slice(vec3 x, vec3 w_i) {
     return max(way, 0.0);
 }
 
-// The light buffer between its texels' centres.
-vec4 arriving_at(vec3 x) {
+// The light buffer between its texels' centres, and how much the depth to the light rises along half of `way` about
+// x: of the same four texels.
+struct Arriving {
+    vec4 light;
+    float rise;
+};
+
+Arriving arriving_at(vec3 x, vec3 way) {
     vec3 from = x;
-    float depth = 1.0;
+    float depth = 1.0, deeper = 0.0;
     if (POINT_LIGHTS && sweep.light.place.w > 0.0) {
         from -= sweep.light.place.xyz;
         depth = max(dot(from, sweep.light_axis.xyz), 1e-30);
+        deeper = dot(way, sweep.light_axis.xyz);
     }
-    vec2 place = vec2(dot(from, sweep.light_u.xyz), dot(from, sweep.light_v.xyz)) / depth;
+    vec3 u = sweep.light_u.xyz, v = sweep.light_v.xyz;
+    vec2 place = vec2(dot(from, u), dot(from, v)) / depth;
+    vec2 half_way = 0.5 * (vec2(dot(way, u), dot(way, v)) - place * deeper) / (depth * sweep.light_low.z);
     vec2 last = vec2(sweep.light_u.w, sweep.light_v.w) - 1.0;
     vec2 at = clamp((place - sweep.light_low.xy) / sweep.light_low.z - 0.5, vec2(0.0), last);
     ivec2 lo = ivec2(at), hi = min(lo + 1, ivec2(last));
     vec2 f = at - vec2(lo);
-    vec4 low = mix(imageLoad(current, lo), imageLoad(current, ivec2(hi.x, lo.y)), f.x);
-    vec4 high = mix(imageLoad(current, ivec2(lo.x, hi.y)), imageLoad(current, hi), f.x);
-    return mix(low, high, f.y);
+    vec4 a = imageLoad(current, lo), b = imageLoad(current, ivec2(hi.x, lo.y));
+    vec4 c = imageLoad(current, ivec2(lo.x, hi.y)), d = imageLoad(current, hi);
+    vec4 light = mix(mix(a, b, f.x), mix(c, d, f.x), f.y);
+    vec2 slope = vec2(mix(b.a - a.a, d.a - c.a, f.y), mix(c.a - a.a, d.a - b.a, f.x));
+    // No depth is below 0, nor, on the other side, twice as large.
+    return Arriving(light, clamp(dot(slope, half_way), -light.a, light.a));
 }
 
 // The stretch of a ray that the buffer's part of a point light shines on: a pyramid of a cube's face.

@@ -40,12 +40,13 @@ vec3 scattered(Stretch s, Sample m, vec2 lit) {
     vec3 near = s.origin + lit.x * s.direction, far = s.origin + lit.y * s.direction;
     vec3 x = 0.5 * (near + far);
     vec3 w_i = towards_light(x);
-    vec4 arriving = arriving_at(x);
+    Arriving arriving = arriving_at(x, far - near);
     vec2 way = vec2(way_in_slice(near, w_i), way_in_slice(far, w_i)) * m.sigma_t;
+    way += vec2(-arriving.rise, arriving.rise);
     vec2 tau = s.tau + m.sigma_t * (lit - s.t.x);
     float dtau = m.sigma_t * dt;
-    float before = exp(-(tau.x + arriving.a + way.x));
-    float after = exp(-(tau.y + arriving.a + way.y));
+    float before = exp(-(tau.x + arriving.light.a + way.x));
+    float after = exp(-(tau.y + arriving.light.a + way.y));
     float direct = dtau * mean_between(before, after, dtau + way.y - way.x);
     float cos_theta = dot(w_i, s.direction);
     vec3 gathered = direct * reflected(x, w_i, s.direction, m, phase(cos_theta));
@@ -57,7 +58,7 @@ vec3 scattered(Stretch s, Sample m, vec2 lit) {
         vec3 all = vec3(mean_between(all_before.r, all_after.r, rise.r),
                         mean_between(all_before.g, all_after.g, rise.g),
                         mean_between(all_before.b, all_after.b, rise.b));
-        all *= dtau * (arriving.rgb + exp(-arriving.a));
+        all *= dtau * (arriving.light.rgb + exp(-arriving.light.a));
         gathered += m.albedo * spread_phase(cos_theta) * max(all - direct, 0.0);
     }
     float falloff = 1.0;

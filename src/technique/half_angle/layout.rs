@@ -165,7 +165,7 @@ pub struct SweepUniform {
 
 /// Ways through a slice of up to so many thicknesses have one sample: rays at 45 degrees to the axis and what
 /// perspective adds.
-const LONGEST_WAY: f64 = 1.6;
+pub(super) const LONGEST_WAY: f64 = 1.6;
 
 impl SweepUniform {
     /// Fills the block for one sweep of a scene whose medium is on the device.

@@ -146,7 +146,8 @@ impl Sweep {
         })
     }
 
-    fn face(&self, index: u32) -> f64 {
+    /// Position along the axis; outermost faces lie at infinity.
+    pub(super) fn face(&self, index: u32) -> f64 {
         match index {
             0 => f64::NEG_INFINITY,
             i if i >= self.slices => f64::INFINITY,
