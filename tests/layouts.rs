@@ -197,6 +197,7 @@ fn sweep_blocks(shader: &Shader) {
         offset_of!(SweepUniform, axis),
         offset_of!(SweepUniform, light),
         offset_of!(SweepUniform, light_axis),
+        offset_of!(SweepUniform, light_anchor),
         offset_of!(SweepUniform, light_u),
         offset_of!(SweepUniform, light_v),
         offset_of!(SweepUniform, light_low),

@@ -57,11 +57,10 @@ struct Arriving {
 };
 
 Arriving arriving_at(vec3 x, vec3 way) {
-    vec3 from = x;
+    vec3 from = x - sweep.light_anchor.xyz;
     float depth = 1.0, deeper = 0.0;
     if (POINT_LIGHTS && sweep.light.place.w > 0.0) {
-        from -= sweep.light.place.xyz;
-        depth = max(dot(from, sweep.light_axis.xyz), 1e-30);
+        depth = max(sweep.light_anchor.w + dot(from, sweep.light_axis.xyz), 1e-30);
         deeper = dot(way, sweep.light_axis.xyz);
     }
     vec3 u = sweep.light_u.xyz, v = sweep.light_v.xyz;

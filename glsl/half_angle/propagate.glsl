@@ -21,7 +21,7 @@ const float HALF_PI = 1.57079633;
 // Where light leaves the slice.
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D next;
 
-// A ray of light: a point on it, its direction, where it begins, and the size of a texel a unit along the axis.
+// A ray of light: a point on it near the volume, its direction, where it begins, and whether it leaves a point.
 struct LightRay {
     vec3 origin;
     vec3 direction;
@@ -33,9 +33,12 @@ LightRay light_ray(ivec2 texel) {
     vec2 at = sweep.light_low.xy + (vec2(texel) + 0.5) * sweep.light_low.z;
     vec3 beside = at.x * sweep.light_u.xyz + at.y * sweep.light_v.xyz;
     if (POINT_LIGHTS && sweep.light.place.w > 0.0) {
-        return LightRay(sweep.light.place.xyz, normalize(sweep.light_axis.xyz + beside), 0.0, true);
+        vec3 origin = sweep.light_anchor.xyz + sweep.light_anchor.w * beside;
+        vec3 direction = sweep.light_axis.xyz + beside;
+        float stretched = length(direction);
+        return LightRay(origin, direction / stretched, -sweep.light_anchor.w * stretched, true);
     }
-    return LightRay(beside, sweep.light_axis.xyz, -3.0e38, false);
+    return LightRay(sweep.light_anchor.xyz + beside, sweep.light_axis.xyz, -3.0e38, false);
 }
 
 // In [0, 1), by texel and slice: the gradient noise of [Jimenez2014], shifted from slice to slice.
@@ -101,7 +104,10 @@ void main() {
         int rounds = tau > 0.0 ? 1 : 0;
         for (int once = 0; once < rounds; ++once) {
             float depth = 1.0;
-            if (ray.diverges) depth = 0.5 * (t.x + t.y) * dot(ray.direction, sweep.light_axis.xyz);
+            if (ray.diverges) {
+                float beyond = 0.5 * (t.x + t.y) * dot(ray.direction, sweep.light_axis.xyz);
+                depth = sweep.light_anchor.w + beyond;
+            }
             float size = sweep.light_low.z * depth;
             // Light turns where it is scattered: not in vacuum.
             float turns = (t.y - t.x) * (1.0 - exp(-tau / (t.y - t.x) * sweep.phase.w));

@@ -13,6 +13,7 @@ layout(std140, set = 0, binding = 1) uniform Sweep {
     vec4 axis;        // unit vector across the slices, away from the light; w: longest way of one sample
     Light light;
     vec4 light_axis;  // unit vector that light travels along in the middle; w: 1 if only the frustum is lit
+    vec4 light_anchor;// a point on that ray near the volume; w: its distance from a point light
     vec4 light_u;     // unit vector along the buffer's rows; w: texels a row
     vec4 light_v;     // along its columns; w: rows
     vec4 light_low;   // xy: the buffer's lower corner; z: size of a texel; w: variance of the spread a length

@@ -356,7 +356,8 @@ pub enum SurfaceShading {
 /// Parameters of `half_angle`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfAngleParams {
-    /// Distance between slices, in voxels (of the smallest spacing), in [1/64, 64].
+    /// Distance between slices, in voxels (of the smallest spacing, at most a 64th of the longest side), in
+    /// [1/64, 64].
     pub slice_spacing: f64,
     /// Texels along the longer side of a light buffer, in [1, 8192]; `None`: one a voxel, within 64 and 512.
     pub light_buffer: Option<u32>,

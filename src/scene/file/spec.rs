@@ -436,7 +436,8 @@ pub struct AmbientScatteringSpec {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HalfAngleSpec {
-    /// Distance between slices in voxels of the smallest spacing, in [1/64, 64]. Default: 1.
+    /// Distance between slices in voxels of the smallest spacing, or in 64ths of the volume's longest side where
+    /// these are smaller, in [1/64, 64]. Default: 1.
     #[schemars(range(min = 0.015625, max = 64))]
     pub slice_spacing: Option<f64>,
     /// Texels along the longer side of a light buffer, 1 to 8192. Default: one a voxel, 64 to 512.

@@ -159,6 +159,19 @@ impl LightFrustum {
         self.low -= 0.5 * (self.texels.as_dvec2() * self.texel_size - extent);
     }
 
+    /// A point on the axis by the volume, and its distance from a point light: what is computed about it in single
+    /// precision stays precise however far away the light is.
+    #[must_use]
+    pub fn anchor(&self) -> (DVec3, f64) {
+        match self.place {
+            Place::Far => (DVec3::ZERO, 1.0),
+            Place::At(place) => {
+                let distance = (-place).dot(self.axis).max(0.0);
+                (place + distance * self.axis, distance)
+            }
+        }
+    }
+
     /// Coordinates along rows and columns; none behind a point light.
     fn project(&self, x: DVec3) -> Option<DVec2> {
         let [u, v] = self.across;

@@ -154,6 +154,7 @@ pub struct SweepUniform {
     pub axis: [f32; 4],
     pub light: LightUniform,
     pub light_axis: [f32; 4],
+    pub light_anchor: [f32; 4],
     pub light_u: [f32; 4],
     pub light_v: [f32; 4],
     pub light_low: [f32; 4],
@@ -194,7 +195,7 @@ impl SweepUniform {
         let ambient =
             f64::from(shading.ambient) * lights::mean_environment(&scene.lights).as_dvec3();
         let ambient = if first { ambient } else { DVec3::ZERO };
-        let [light_axis, light_u, light_v, light_low] = buffer_rows(sweep, plan);
+        let [light_axis, light_anchor, light_u, light_v, light_low] = buffer_rows(sweep, plan);
         let steps = params.phase_table.as_ref().map_or(0, |t| t.len() - 1);
         Self {
             table: [table_min, table_scale, entries, m.albedo as f32],
@@ -203,6 +204,7 @@ impl SweepUniform {
             axis: vec4(sweep.axis, LONGEST_WAY * sweep.thickness),
             light: light_of(scene, plan, index),
             light_axis,
+            light_anchor,
             light_u,
             light_v,
             light_low,
@@ -233,10 +235,10 @@ fn light_of(scene: &Scene, plan: &HalfAnglePlan, index: usize) -> LightUniform {
         .unwrap_or_default()
 }
 
-/// The light buffer's frame: its axis, its two sides, and lower corner.
-fn buffer_rows(sweep: &Sweep, plan: &HalfAnglePlan) -> [[f32; 4]; 4] {
+/// The light buffer's frame: its axis, a point on it, its two sides, and lower corner.
+fn buffer_rows(sweep: &Sweep, plan: &HalfAnglePlan) -> [[f32; 4]; 5] {
     let Some(light) = &sweep.light else {
-        return [[0.0; 4]; 4];
+        return [[0.0; 4]; 5];
     };
     let LightFrustum {
         axis,
@@ -248,8 +250,10 @@ fn buffer_rows(sweep: &Sweep, plan: &HalfAnglePlan) -> [[f32; 4]; 4] {
         ..
     } = light;
     let corner = low.extend(*texel_size);
+    let (anchor, distance) = light.anchor();
     [
         vec4(*axis, f64::from(u8::from(*is_part && is_point(light)))),
+        vec4(anchor, distance),
         vec4(*u, texels.x.into()),
         vec4(*v, texels.y.into()),
         vec4(corner, plan.spread),

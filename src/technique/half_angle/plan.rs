@@ -84,6 +84,10 @@ pub const SHADE_CONSTANTS: [Specialization; 15] = [
 /// Most slices of a sweep: rays along them have as many samples, and a shader's rounds end at 65,535.
 const MAX_SLICES: u32 = 60_000;
 
+/// Along the longest side, slices are no thicker at a spacing of 1: light also bends at the volume's edges,
+/// whatever the voxels.
+const LEAST_SLICES: f64 = 64.0;
+
 /// Invocations a submission: a desktop GPU stays responsive, a software driver answers every few seconds.
 pub(super) const MAX_INVOCATIONS: u64 = 1 << 27;
 
@@ -203,7 +207,10 @@ fn sweeps(
     params: &HalfAngleParams,
     (shadowed, lights): (bool, u32),
 ) -> Result<Vec<Sweep>, PlanError> {
-    let thickness = params.slice_spacing * scene.volume.grid.spacing().min_element();
+    let grid = &scene.volume.grid;
+    let longest = (grid.spacing() * grid.dims.as_dvec3()).max_element();
+    let unit = grid.spacing().min_element().min(longest / LEAST_SLICES);
+    let thickness = params.slice_spacing * unit;
     let lamps = scene.lights.iter().filter(|l| is_lamp(l));
     let list: Vec<_> = if shadowed {
         (0..)
