@@ -5,6 +5,25 @@ const float INV_4_PI = 0.0795774715;
 
 layout(set = 0, binding = 10, rgba32f) readonly uniform image1D phase_table;
 
+// As in sweep.glsl.
+Light lamp;
+vec4 lamp_axis;
+vec4 lamp_anchor;
+vec4 lamp_u;
+vec4 lamp_v;
+vec4 lamp_low;
+vec3 lamp_dp; // towards a directional light, in texture coordinates
+
+void load_light() {
+    lamp = sweep.light;
+    lamp_axis = sweep.light_axis;
+    lamp_anchor = sweep.light_anchor;
+    lamp_u = sweep.light_u;
+    lamp_v = sweep.light_v;
+    lamp_low = sweep.light_low;
+    lamp_dp = to_texture_direction(lamp.place.xyz);
+}
+
 // Per steradian, for each colour; cos_theta = 1 is straight on.
 vec3 phase(float cos_theta) {
     if (PHASE_TABLE) {
@@ -22,11 +41,11 @@ float spread_phase(float cos_theta) {
 }
 
 vec3 towards_light(vec3 x) {
-    if (POINT_LIGHTS && sweep.light.place.w > 0.0) {
-        vec3 to = sweep.light.place.xyz - x;
+    if (POINT_LIGHTS && lamp.place.w > 0.0) {
+        vec3 to = lamp.place.xyz - x;
         return to / max(length(to), 1e-30);
     }
-    return sweep.light.place.xyz;
+    return lamp.place.xyz;
 }
 
 // How far from p a ray of direction d leaves the box from 0 to 1.
@@ -36,16 +55,17 @@ float leaving(vec3 p, vec3 d) {
     return min(t.x, min(t.y, t.z));
 }
 
-// Length of the way of light to x within the slice and the medium.
-float way_in_slice(vec3 x, vec3 w_i) {
-    float way = (dot(sweep.axis.xyz, x) - push.faces.x) / max(-dot(sweep.axis.xyz, w_i), 1e-3);
-    way = min(way, leaving(texture_point(x), texture_direction(w_i)));
+// Length of the way of light to x, p in texture coordinates, within the slice and the medium.
+float way_in_slice(vec3 x, vec3 p, vec3 w_i) {
+    float way = (dot(axis.xyz, x) - faces.x) / max(-dot(axis.xyz, w_i), 1e-3);
+    bool is_far = !POINT_LIGHTS || lamp.place.w == 0.0;
+    way = min(way, leaving(p, is_far ? lamp_dp : to_texture_direction(w_i)));
     if (CLIP_BOX) {
         vec3 size = view.clip_max.xyz - view.clip_min.xyz;
         way = min(way, leaving((x - view.clip_min.xyz) / size, w_i / size));
     }
     if (CLIP_PLANE) way = min(way, clip_to_half_space(vec2(0.0, way), x, w_i, view.clip_plane).y);
-    if (POINT_LIGHTS && sweep.light.place.w > 0.0) way = min(way, distance(x, sweep.light.place.xyz));
+    if (POINT_LIGHTS && lamp.place.w > 0.0) way = min(way, distance(x, lamp.place.xyz));
     return max(way, 0.0);
 }
 
@@ -57,17 +77,17 @@ struct Arriving {
 };
 
 Arriving arriving_at(vec3 x, vec3 way) {
-    vec3 from = x - sweep.light_anchor.xyz;
+    vec3 from = x - lamp_anchor.xyz;
     float depth = 1.0, deeper = 0.0;
-    if (POINT_LIGHTS && sweep.light.place.w > 0.0) {
-        depth = max(sweep.light_anchor.w + dot(from, sweep.light_axis.xyz), 1e-30);
-        deeper = dot(way, sweep.light_axis.xyz);
+    if (POINT_LIGHTS && lamp.place.w > 0.0) {
+        depth = max(lamp_anchor.w + dot(from, lamp_axis.xyz), 1e-30);
+        deeper = dot(way, lamp_axis.xyz);
     }
-    vec3 u = sweep.light_u.xyz, v = sweep.light_v.xyz;
+    vec3 u = lamp_u.xyz, v = lamp_v.xyz;
     vec2 place = vec2(dot(from, u), dot(from, v)) / depth;
-    vec2 half_way = 0.5 * (vec2(dot(way, u), dot(way, v)) - place * deeper) / (depth * sweep.light_low.z);
-    vec2 last = vec2(sweep.light_u.w, sweep.light_v.w) - 1.0;
-    vec2 at = clamp((place - sweep.light_low.xy) / sweep.light_low.z - 0.5, vec2(0.0), last);
+    vec2 half_way = 0.5 * (vec2(dot(way, u), dot(way, v)) - place * deeper) / (depth * lamp_low.z);
+    vec2 last = vec2(lamp_u.w, lamp_v.w) - 1.0;
+    vec2 at = clamp((place - lamp_low.xy) / lamp_low.z - 0.5, vec2(0.0), last);
     ivec2 lo = ivec2(at), hi = min(lo + 1, ivec2(last));
     vec2 f = at - vec2(lo);
     vec4 a = imageLoad(current, lo), b = imageLoad(current, ivec2(hi.x, lo.y));
@@ -80,9 +100,9 @@ Arriving arriving_at(vec3 x, vec3 way) {
 
 // The stretch of a ray that the buffer's part of a point light shines on: a pyramid of a cube's face.
 vec2 in_frustum(vec2 t, vec3 o, vec3 d) {
-    vec3 from = o - sweep.light.place.xyz;
-    t = clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz + sweep.light_u.xyz, 0.0));
-    t = clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz - sweep.light_u.xyz, 0.0));
-    t = clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz + sweep.light_v.xyz, 0.0));
-    return clip_to_half_space(t, from, d, vec4(sweep.light_axis.xyz - sweep.light_v.xyz, 0.0));
+    vec3 from = o - lamp.place.xyz;
+    t = clip_to_half_space(t, from, d, vec4(lamp_axis.xyz + lamp_u.xyz, 0.0));
+    t = clip_to_half_space(t, from, d, vec4(lamp_axis.xyz - lamp_u.xyz, 0.0));
+    t = clip_to_half_space(t, from, d, vec4(lamp_axis.xyz + lamp_v.xyz, 0.0));
+    return clip_to_half_space(t, from, d, vec4(lamp_axis.xyz - lamp_v.xyz, 0.0));
 }

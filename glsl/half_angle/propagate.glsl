@@ -12,6 +12,7 @@ layout(constant_id = 6) const bool ISOTROPIC = false;
 layout(constant_id = 7) const bool ALBEDO_VOLUME = false;
 layout(constant_id = 8) const bool TRANSPORT_TABLE = false;
 layout(constant_id = 9) const int QUADS = 1;
+layout(constant_id = 10) const uint ROWS = 1;
 
 #include "half_angle/sweep.glsl"
 
@@ -78,20 +79,19 @@ vec3 spread(ivec2 texel, vec3 here, float variance) {
     return mix(here, around / float(4 * QUADS), share);
 }
 
-void main() {
-    load_block();
-    ivec2 texel = push.first + ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(texel, push.end))) return;
+// Carries a texel's light through the slice.
+void propagate_texel(ivec2 texel) {
+    bool is_there = all(lessThan(texel, push.end));
     LightRay ray = light_ray(texel);
-    vec4 light = imageLoad(current, texel);
-    float slope = dot(sweep.axis.xyz, ray.direction);
-    vec2 t = in_slice(inside(vec2(ray.t_min, 3.0e38), ray.origin, ray.direction), ray.origin, slope);
-    int count = t.x < t.y ? steps_along(t.y - t.x, sweep.axis.w) : 0;
+    vec4 light = imageLoad(current, min(texel, push.end - 1));
+    SliceRay way = slice_ray(ray.origin, ray.direction);
+    vec2 t = in_slice(way, ray.t_min);
+    int count = is_there && t.x < t.y ? steps_along(t.y - t.x, axis.w) : 0;
     float dt = (t.y - t.x) / float(max(count, 1));
     float tau = 0.0;
     vec3 tau_i = vec3(0.0);
     for (int i = 0; i < count; ++i) {
-        vec3 p = texture_point(ray.origin + (t.x + (float(i) + 0.5) * dt) * ray.direction);
+        vec3 p = way.p + (t.x + (float(i) + 0.5) * dt) * way.dp;
         int occupied = is_empty(p) ? 0 : 1;
         for (int once = 0; once < occupied; ++once) {
             Sample m = sample_at(p);
@@ -123,5 +123,10 @@ void main() {
         }
     }
     light.a += tau;
-    imageStore(next, texel, light);
+    if (is_there) imageStore(next, texel, light);
+}
+
+void main() {
+    load_block();
+    for (uint row = 0; row < ROWS; ++row) propagate_texel(place_of(row));
 }

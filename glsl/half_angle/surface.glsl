@@ -20,10 +20,10 @@ vec3 blinn_phong(vec3 gradient, vec3 w_i, vec3 w_o, float diffuse, vec3 color) {
 }
 
 // Radiance that a sample scatters of unit irradiance: C(s) of [Kniss2003, Eq. 11] with the phase function.
-vec3 reflected(vec3 x, vec3 w_i, vec3 direction, Sample m, vec3 phase) {
+vec3 reflected(vec3 p, vec3 w_i, vec3 direction, Sample m, vec3 phase) {
     vec3 scattered = m.albedo * phase;
     if (SURFACE) {
-        vec3 gradient = world_gradient(texture_point(x));
+        vec3 gradient = world_gradient(p);
         float surface = min(length(gradient) * sweep.surface.z, 1.0);
         scattered = mix(scattered, blinn_phong(gradient, w_i, -direction, 1.0, m.albedo), surface);
     }

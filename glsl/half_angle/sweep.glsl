@@ -38,15 +38,51 @@ layout(push_constant) uniform Push {
     uint sub_sample;
 } push;
 
-// The block's values in registers: lavapipe reads a uniform anew at each use, lane by lane.
+// The blocks' values in registers: lavapipe reads a uniform anew at each use, lane by lane.
 vec4 table;
 vec3 last_voxel; // largest grid coordinates
 vec3 cells;      // a unit of texture coordinate
+vec4 axis;
+vec2 faces;
+vec4 texture_rows[3];
 
 void load_block() {
     table = sweep.table;
     last_voxel = sweep.dims.xyz - 1.0;
     cells = sweep.cell_scale.xyz;
+    axis = sweep.axis;
+    faces = push.faces;
+    for (int i = 0; i < 3; ++i) texture_rows[i] = view.texture_from_world[i];
+}
+
+vec3 to_texture(vec3 x) {
+    vec4 h = vec4(x, 1.0);
+    return vec3(dot(texture_rows[0], h), dot(texture_rows[1], h), dot(texture_rows[2], h));
+}
+
+vec3 to_texture_direction(vec3 d) {
+    return vec3(dot(texture_rows[0].xyz, d), dot(texture_rows[1].xyz, d), dot(texture_rows[2].xyz, d));
+}
+
+// A ray in the world, and in texture coordinates.
+struct SliceRay {
+    vec3 origin;
+    vec3 direction;
+    vec3 p;
+    vec3 dp;
+    float slope; // of the axis along it
+};
+
+SliceRay slice_ray(vec3 origin, vec3 direction) {
+    return SliceRay(origin, direction, to_texture(origin), to_texture_direction(direction), dot(axis.xyz, direction));
+}
+
+// The place of this invocation in the row of places that it goes through, one every 8 places down.
+ivec2 place_of(uint row) {
+    uvec2 place = gl_WorkGroupID.xy;
+    place.y *= ROWS;
+    place.y += row;
+    return push.first + ivec2(8 * place + gl_LocalInvocationID.xy);
 }
 
 // 1 only where no voxel in the filter's reach is NaN or infinite.
@@ -71,7 +107,8 @@ bool is_empty(vec3 p) {
 // of scattering; for even scattering it is that of transport theory to 2.5 % for every albedo.
 vec3 decay(vec3 albedo) {
     vec3 a = clamp(albedo, vec3(0.0), vec3(1.0));
-    float g = ISOTROPIC ? 0.0 : sweep.phase.x;
+    if (ISOTROPIC) return sqrt(1.0 - a * a * a);
+    float g = sweep.phase.x;
     vec3 reduced = 1.0 - a * g;
     vec3 similar = a * (1.0 - g) / reduced;
     return min(reduced * sqrt(max(1.0 - similar * similar * similar, 0.0)), 1.0);
@@ -101,9 +138,12 @@ Sample sample_at(vec3 p) {
     return s;
 }
 
-// The stretch of a ray, of those inside the volume, that lies in the slice. `slope`: of the axis along it.
-vec2 in_slice(vec2 t, vec3 o, float slope) {
-    slope = slope < 0.0 ? min(slope, -1e-7) : max(slope, 1e-7);
-    vec2 planes = (push.faces - dot(sweep.axis.xyz, o)) / slope;
+// The stretch of a ray from t_min on that lies inside the volume, the clips and the slice.
+vec2 in_slice(SliceRay ray, float t_min) {
+    vec2 t = clip_to_box(vec2(t_min, 3.0e38), ray.p, ray.dp, vec3(0.0), vec3(1.0));
+    if (CLIP_BOX) t = clip_to_box(t, ray.origin, ray.direction, view.clip_min.xyz, view.clip_max.xyz);
+    if (CLIP_PLANE) t = clip_to_half_space(t, ray.origin, ray.direction, view.clip_plane);
+    float slope = ray.slope < 0.0 ? min(ray.slope, -1e-7) : max(ray.slope, 1e-7);
+    vec2 planes = (faces - dot(axis.xyz, ray.origin)) / slope;
     return vec2(max(t.x, min(planes.x, planes.y)), min(t.y, max(planes.x, planes.y)));
 }

@@ -49,7 +49,7 @@ const fn constant(id: u32, name: &'static str) -> Specialization {
 }
 
 /// Constants of `half_angle.propagate`, in the order of their ids.
-pub const PROPAGATE_CONSTANTS: [Specialization; 10] = [
+pub const PROPAGATE_CONSTANTS: [Specialization; 11] = [
     constant(0, "SKIP_EMPTY"),
     constant(1, "MASKED"),
     constant(2, "CLIP_BOX"),
@@ -60,10 +60,11 @@ pub const PROPAGATE_CONSTANTS: [Specialization; 10] = [
     constant(7, "ALBEDO_VOLUME"),
     constant(8, "TRANSPORT_TABLE"),
     constant(9, "QUADS"),
+    constant(10, "ROWS"),
 ];
 
 /// Constants of `half_angle.shade_slice`, in the order of their ids.
-pub const SHADE_CONSTANTS: [Specialization; 15] = [
+pub const SHADE_CONSTANTS: [Specialization; 16] = [
     PROPAGATE_CONSTANTS[0],
     PROPAGATE_CONSTANTS[1],
     PROPAGATE_CONSTANTS[2],
@@ -79,10 +80,15 @@ pub const SHADE_CONSTANTS: [Specialization; 15] = [
     constant(12, "PHASE_TABLE"),
     constant(13, "SURFACE"),
     constant(14, "SHADE"),
+    constant(15, "ROWS"),
 ];
 
-/// Most slices of a sweep: rays along them have as many samples, and a shader's rounds end at 65,535.
-const MAX_SLICES: u32 = 60_000;
+/// On software drivers, which load what all invocations share for each of them.
+const ROWS: u32 = 4;
+
+/// Most slices of a sweep: rays along them have two samples in three slices, in as many rounds of three loops and
+/// for each row, and a shader's rounds end at 65,535.
+const MAX_SLICES: u32 = 8_000;
 
 /// Along the longest side, slices are no thicker at a spacing of 1: light also bends at the volume's edges,
 /// whatever the voxels.
@@ -115,6 +121,8 @@ pub struct HalfAnglePlan {
     pub phase_rows: u32,
     /// Entries of the transport colours; 1 where the albedo decides.
     pub transport_entries: u32,
+    /// Pixels or texels, one under another, that an invocation goes through.
+    pub rows: u32,
     /// Constants of `half_angle.shade_slice`.
     pub shade_constants: Vec<Specialization>,
     /// Constants of `half_angle.propagate`.
@@ -177,10 +185,12 @@ pub fn plan(
         params.lighting == Lighting::Surface,
     ]
     .map(u32::from);
-    let shade = [&shared[..], &own[..]].concat();
-    let propagate = [&shared[..], &[params.blur_samples / 4]].concat();
+    let rows = if limits.prefers_loads { ROWS } else { 1 };
+    let shade = [&shared[..], &own[..], &[rows]].concat();
+    let propagate = [&shared[..], &[params.blur_samples / 4, rows]].concat();
     let phase_rows = params.phase_table.as_ref().map_or(1, |t| t.len() as u32);
     Ok(HalfAnglePlan {
+        rows,
         shade_constants: Specialization::with_values(&SHADE_CONSTANTS, &shade),
         propagate_constants: Specialization::with_values(&PROPAGATE_CONSTANTS, &propagate),
         sweeps,

@@ -5,7 +5,7 @@ use glam::UVec3;
 
 use super::layout::{ComposePush, SlicePush};
 use super::plan::MAX_INVOCATIONS;
-use super::sweep::Slice;
+use super::sweep::{Rect, Slice};
 use super::{HalfAngle, stage};
 use crate::gpu::{Access, Device, GpuError, Recorder, StageTime};
 
@@ -109,7 +109,7 @@ fn record_slice<'a>(
         let push = SlicePush::shade(slice, index, sub_sample);
         r.labelled(half_angle.shade.name(), |r| {
             let binding = &half_angle.shade_bindings[*current];
-            let domain = slice.pixels.size().extend(1);
+            let domain = domain(half_angle, &slice.pixels);
             r.dispatch(&half_angle.shade, binding, bytes_of(&push), domain);
         });
         // RAW and WAW: the next slice, or compose, adds to what this one left in the eye buffer.
@@ -127,7 +127,7 @@ fn record_slice<'a>(
     }
     let push = SlicePush::propagate(slice, index);
     r.labelled(pipeline.name(), |r| {
-        let domain = slice.texels.size().extend(1);
+        let domain = domain(half_angle, &slice.texels);
         r.dispatch(pipeline, &bindings[*current], bytes_of(&push), domain);
     });
     // WAR: the next slice writes what both passes of this one read.
@@ -143,6 +143,12 @@ fn record_slice<'a>(
         Access::ComputeWrite,
         Access::ComputeRead,
     );
+}
+
+/// Invocations along x and y, each of which goes through some rows.
+fn domain(half_angle: &HalfAngle, rect: &Rect) -> UVec3 {
+    let size = rect.size();
+    UVec3::new(size.x, size.y.div_ceil(half_angle.plan.rows), 1)
 }
 
 fn record_compose<'a>(r: &mut Recorder<'a>, half_angle: &'a HalfAngle, push: ComposePush) {

@@ -349,7 +349,7 @@ impl<'a> World<'a> {
     ) -> DVec3 {
         let place = at.as_vec2() + 5.588_238 * (slice & 63) as f32;
         let dot = place.x * 0.067_110_56 + place.y * 0.005_837_15;
-        let turn = f64::from((52.982_918_9_f32 * dot.fract()).fract());
+        let turn = f64::from((52.982_918_f32 * dot.fract()).fract());
         let quads = self.params.blur_samples / 4;
         let offset = |i: u32| {
             let ring = ((f64::from(i) + 0.5) / (0.5 * f64::from(quads))).sqrt();
