@@ -58,7 +58,8 @@ float leaving(vec3 p, vec3 d) {
 // Length of the way of light to x, p in texture coordinates, within the slice and the medium.
 float way_in_slice(vec3 x, vec3 p, vec3 w_i) {
     float way = (dot(axis.xyz, x) - faces.x) / max(-dot(axis.xyz, w_i), 1e-3);
-    bool is_far = !POINT_LIGHTS || lamp.place.w == 0.0;
+    bool is_far = true;
+    if (POINT_LIGHTS) is_far = lamp.place.w == 0.0;
     way = min(way, leaving(p, is_far ? lamp_dp : to_texture_direction(w_i)));
     if (CLIP_BOX) {
         vec3 size = view.clip_max.xyz - view.clip_min.xyz;
