@@ -1,4 +1,4 @@
-//! `path_trace`, `single_scatter` and `ambient_scattering` beside Mitsuba 3: `tests/cases/README.md` says where the images come from.
+//! `path_trace`, `single_scatter`, `ambient_scattering` and `half_angle` beside Mitsuba 3: `tests/cases/README.md` says where the images come from.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -13,7 +13,8 @@ use tyndall::output::metrics::{CompareOptions, compare_images, probability_among
 use tyndall::output::{Image, exr};
 use tyndall::scene::file::SceneFile;
 use tyndall::scene::{
-    AmbientScatteringParams, LightCache, Scene, SingleScatterParams, TechniqueParams,
+    AmbientScatteringParams, HalfAngleParams, LightCache, Lighting, Scene, SingleScatterParams,
+    TechniqueParams,
 };
 
 const CASES: [&str; 5] = [
@@ -206,6 +207,39 @@ fn single_scatter_is_within_two_percent_at_default_settings() {
         let error = 100.0 * expected.1 / expected.0;
         println!("| {case} | {half:.2} % | {full:.2} % | {none:.2} % | {error:.2} % |");
         assert!(half.abs() < 2.0, "{case}: {half} %");
+    }
+}
+
+#[test]
+fn direct_light_of_half_angle_is_within_two_percent_at_default_settings() {
+    let device = device();
+    println!(
+        "| case | direct (default slices) | half the spacing | standard error | with indirect, all orders |"
+    );
+    println!("|---|---|---|---|---|");
+    for case in CASES {
+        let of = |lighting| {
+            let mut s = scene(case);
+            s.technique = TechniqueParams::HalfAngle(HalfAngleParams {
+                lighting,
+                ..HalfAngleParams::default()
+            });
+            // The reference averages over pixels.
+            s.image.samples_per_axis = 4;
+            sum(&(render(&device, &s), Vec::new())).0
+        };
+        let expected = sum(&reference(case, Some(1)));
+        let all = sum(&reference(case, None)).0;
+        let direct = 100.0 * (of(Lighting::Direct) / expected.0 - 1.0);
+        let indirect = 100.0 * (of(Lighting::Indirect) / all - 1.0);
+        let once = 100.0 * (expected.0 / all - 1.0);
+        let error = 100.0 * expected.1 / expected.0;
+        println!("| {case} | {direct:.2} % | {error:.2} % | {indirect:.1} % | {once:.1} % |");
+        assert!(direct.abs() < 2.0, "{case}: {direct} %");
+        assert!(
+            indirect.abs() < once.abs(),
+            "{case}: {indirect} %, {once} %"
+        );
     }
 }
 

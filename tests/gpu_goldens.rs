@@ -113,6 +113,48 @@ const AMBIENT_SCATTERING: [Case; 3] = [
     ),
 ];
 
+const HALF_ANGLE: [Case; 4] = [
+    (
+        "cloud",
+        "cloud",
+        &[
+            "technique.name=half_angle",
+            "technique.half_angle.transport_color=[0.7,0.85,0.98]",
+            "volume.procedural.resolution=48",
+        ],
+    ),
+    (
+        "mechanical_part",
+        "mechanical_part",
+        &[
+            "technique.name=half_angle",
+            "technique.half_angle.surface=gradient",
+            "volume.procedural.resolution=64",
+            "image.exposure=1.5",
+        ],
+    ),
+    (
+        "cloud_from_behind",
+        "cloud",
+        &[
+            "technique.name=half_angle",
+            "technique.half_angle.blur_samples=16",
+            "volume.procedural.resolution=48",
+            "medium.phase.g=0.6",
+            "lights=[{directional={direction=[-0.3,-1.0,-0.6],irradiance=6.0}}]",
+        ],
+    ),
+    (
+        "supernova_point",
+        "default",
+        &[
+            "technique.name=half_angle",
+            "lights=[{point={position=[0,0,0],intensity=2}}]",
+            "volume.procedural.resolution=48",
+        ],
+    ),
+];
+
 const AMBIENT_OCCLUSION: [Case; 2] = [
     (
         "cloud",
@@ -236,6 +278,11 @@ fn single_scatter_images_are_the_blessed_ones() {
 #[test]
 fn ambient_scattering_images_are_the_blessed_ones() {
     assert_blessed("ambient_scattering", &AMBIENT_SCATTERING);
+}
+
+#[test]
+fn half_angle_images_are_the_blessed_ones() {
+    assert_blessed("half_angle", &HALF_ANGLE);
 }
 
 #[test]

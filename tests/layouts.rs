@@ -12,6 +12,7 @@ use tyndall::technique::ambient_scattering::table::layout as preintegrate;
 use tyndall::technique::ambient_scattering::{
     self, AmbientMarchPush, AmbientUniform, GatherPush, TubePush,
 };
+use tyndall::technique::half_angle::{self, ComposePush, SlicePush, SweepUniform};
 use tyndall::technique::medium::{self, MaterialUniform, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
 use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
@@ -32,6 +33,7 @@ fn layouts() -> Vec<StageLayout> {
     [
         preintegrate::LAYOUTS,
         ambient_scattering::LAYOUTS,
+        half_angle::LAYOUTS,
         medium::LAYOUTS,
         path_trace::LAYOUTS,
         ray_march::LAYOUTS,
@@ -77,6 +79,9 @@ fn blocks_have_the_offsets_of_their_rust_structs() {
     let (caches, marches) = single_scatter::LAYOUTS.split_at(4);
     for (cache, march) in caches.iter().zip(marches) {
         scatter_blocks(&cache.shader, &march.shader);
+    }
+    for layout in half_angle::LAYOUTS {
+        sweep_blocks(&layout.shader);
     }
     area_blocks();
     for march in ambient_occlusion::LAYOUTS.iter().map(|l| &l.shader) {
@@ -220,6 +225,43 @@ fn ambient_blocks(shader: &Shader) {
         (push, size_of::<AmbientMarchPush>())
     };
     assert_eq!(block(shader, None), (push, bytes));
+}
+
+fn sweep_blocks(shader: &Shader) {
+    if shader.name == shader::HALF_ANGLE_COMPOSE.name {
+        let push = vec![
+            offset_of!(ComposePush, sub_sample),
+            offset_of!(ComposePush, sweep),
+        ];
+        assert_eq!(block(shader, None), (push, size_of::<ComposePush>()));
+        return;
+    }
+    let uniform = vec![
+        offset_of!(SweepUniform, table),
+        offset_of!(SweepUniform, dims),
+        offset_of!(SweepUniform, cell_scale),
+        offset_of!(SweepUniform, axis),
+        offset_of!(SweepUniform, light),
+        offset_of!(SweepUniform, light_axis),
+        offset_of!(SweepUniform, light_anchor),
+        offset_of!(SweepUniform, light_u),
+        offset_of!(SweepUniform, light_v),
+        offset_of!(SweepUniform, light_low),
+        offset_of!(SweepUniform, phase),
+        offset_of!(SweepUniform, ambient),
+        offset_of!(SweepUniform, surface),
+        offset_of!(SweepUniform, gradient),
+    ];
+    let found = block(shader, Some(1));
+    assert_eq!(found, (uniform, size_of::<SweepUniform>()));
+    let push = vec![
+        offset_of!(SlicePush, first),
+        offset_of!(SlicePush, end),
+        offset_of!(SlicePush, faces),
+        offset_of!(SlicePush, slice),
+        offset_of!(SlicePush, sub_sample),
+    ];
+    assert_eq!(block(shader, None), (push, size_of::<SlicePush>()));
 }
 
 fn march_blocks(march: &Shader) {
@@ -453,6 +495,16 @@ fn ambient_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     layouts.map(move |(i, layout)| (layout.shader, constants(i)))
 }
 
+fn sweep_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
+    let constants = |i| match i {
+        0..4 => half_angle::SHADE_CONSTANTS.to_vec(),
+        4..8 => half_angle::PROPAGATE_CONSTANTS.to_vec(),
+        _ => Vec::new(),
+    };
+    let layouts = half_angle::LAYOUTS.iter().enumerate();
+    layouts.map(move |(i, layout)| (layout.shader, constants(i)))
+}
+
 fn scatter_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     let constants = |i| match i {
         0..4 => with_material(&single_scatter::CACHE_CONSTANTS),
@@ -536,6 +588,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     .into_iter()
     .chain(scatter_constants())
     .chain(ambient_constants())
+    .chain(sweep_constants())
     .chain(area_constants())
     {
         let given: Vec<_> = given.iter().map(|c| (c.id, c.name.to_owned())).collect();

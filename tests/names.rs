@@ -27,8 +27,9 @@ fn folders(path: &Path) -> Vec<String> {
 fn stages() -> Vec<&'static str> {
     use technique::{
         ambient_occlusion::stage as o, ambient_scattering::stage as b,
-        ambient_scattering::table::stage as t, medium::stage as m, path_trace::stage as p,
-        ray_march::stage as r, single_scatter::stage as s, summed_area::stage as a,
+        ambient_scattering::table::stage as t, half_angle::stage as h, medium::stage as m,
+        path_trace::stage as p, ray_march::stage as r, single_scatter::stage as s,
+        summed_area::stage as a,
     };
     vec![
         t::PREINTEGRATE,
@@ -42,6 +43,19 @@ fn stages() -> Vec<&'static str> {
         b::MARCH_R32F,
         b::UPLOAD_ALBEDO,
         b::READ_BACK,
+        h::SWEEP,
+        h::SHADE_SLICE,
+        h::SHADE_SLICE_R8,
+        h::SHADE_SLICE_R16,
+        h::SHADE_SLICE_R32F,
+        h::PROPAGATE,
+        h::PROPAGATE_R8,
+        h::PROPAGATE_R16,
+        h::PROPAGATE_R32F,
+        h::COMPOSE,
+        h::UPLOAD_TABLES,
+        h::UPLOAD_ALBEDO,
+        h::READ_BACK,
         m::UPLOAD_VOLUME,
         m::UPLOAD_MASK,
         m::UPLOAD_TABLE,

@@ -10,9 +10,11 @@ use glam::{DVec3, UVec3, Vec3};
 use tyndall::gpu::{Format, Limits};
 use tyndall::scene::transfer_function::{Primitive, Quantity, Shape};
 use tyndall::scene::{
-    AmbientOcclusionParams, Light, LightCache, Octave, PathTraceParams, Perturbation, Plane,
-    Radius, Scene, Shading, SingleScatterParams, TechniqueParams, TransferFunction,
+    AmbientOcclusionParams, HalfAngleParams, Light, LightCache, Octave, PathTraceParams,
+    Perturbation, Plane, Radius, Scene, Shading, SingleScatterParams, TechniqueParams,
+    TransferFunction,
 };
+use tyndall::technique::half_angle::{self, HalfAnglePlan};
 use tyndall::technique::medium::MediumPlan;
 use tyndall::technique::path_trace::leaves;
 use tyndall::technique::summed_area::{FieldKind, FieldPlan, ScanForm};
@@ -677,4 +679,142 @@ fn ambient_occlusion_says_what_helps_where_a_ray_has_too_many_samples() {
     s.volume = Arc::new(volume(cube(300), ScalarType::U8, |i| f64::from(i.x)));
     let message = plan(&s, &LIMITS).unwrap_err().to_string();
     assert!(message.contains("raise the step to at least"), "{message}");
+}
+
+fn swept(mut scene: Scene, params: HalfAngleParams) -> Result<Plan, PlanError> {
+    scene.technique = TechniqueParams::HalfAngle(params);
+    plan(&scene, &LIMITS)
+}
+
+#[test]
+fn half_angle_has_two_light_buffers_and_an_eye_buffer_beside_the_volume() {
+    let mut s = sparse();
+    s.lights = directional(1);
+    let p = swept(s.clone(), HalfAngleParams::default()).unwrap();
+    let buffer = extent_of(&p, "light_buffer").unwrap();
+    assert_eq!(extent_of(&p, "light_buffer_pong"), Some(buffer));
+    // A cube of 64 voxels from aside: a texel a voxel.
+    assert!((64..=112).contains(&buffer.x.max(buffer.y)), "{buffer}");
+    let pixels = UVec3::new(s.image.width, s.image.height, 1);
+    assert_eq!(extent_of(&p, "eye_buffer"), Some(pixels));
+    let own = |r: &&tyndall::technique::ResourcePlan| {
+        ["light_buffer", "light_buffer_pong", "eye_buffer"].contains(&r.name)
+    };
+    let bytes: u64 = p.resources.iter().filter(own).map(|r| r.bytes).sum();
+    let texels = 2 * buffer.element_product() + pixels.element_product();
+    assert_eq!(bytes, 16 * u64::from(texels));
+    s.lights = vec![Light::Environment {
+        radiance: Vec3::ONE,
+    }];
+    let dark = swept(s, HalfAngleParams::default()).unwrap();
+    assert_eq!(extent_of(&dark, "light_buffer"), Some(UVec3::ONE));
+    assert!(left_out(&dark, "propagate").is_some());
+    assert!(left_out(&dark, "environment lights").is_some());
+    let propagates = |s: &tyndall::technique::StagePlan| s.name.contains("propagate");
+    assert!(!dark.stages.iter().any(propagates));
+}
+
+fn half_angle_plan(s: &Scene, params: &HalfAngleParams) -> HalfAnglePlan {
+    half_angle::plan(s, params, &LIMITS).unwrap()
+}
+
+#[test]
+fn slices_lie_half_way_between_light_and_view_or_inverted_view() {
+    let mut s = sparse();
+    let params = HalfAngleParams::default();
+    // The view goes along +y.
+    for degrees in [0.0, 30.0, 89.9, 90.1, 150.0, 180.0_f64] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let direction = DVec3::new(sin, cos, 0.0);
+        s.lights = vec![Light::Directional {
+            direction,
+            irradiance: Vec3::ONE,
+        }];
+        let sweep = half_angle_plan(&s, &params).sweeps.remove(0);
+        let view = if degrees < 90.0 { DVec3::Y } else { -DVec3::Y };
+        let half = (direction + view).normalize();
+        assert!(
+            sweep.axis.distance(half) < 1e-9,
+            "{degrees}: {}",
+            sweep.axis
+        );
+        assert_eq!(sweep.front_to_back, degrees < 90.0);
+        // The cube's extent along the axis, a voxel a slice.
+        let extent = 64.0 * half.abs().element_sum();
+        assert_eq!(f64::from(sweep.slices), (extent - 1e-4).ceil(), "{degrees}");
+    }
+}
+
+#[test]
+fn a_slice_covers_its_own_pixels_and_texels_and_those_of_the_slice_before() {
+    let mut s = sparse();
+    s.lights = vec![Light::Directional {
+        direction: DVec3::X,
+        irradiance: Vec3::ONE,
+    }];
+    (s.image.width, s.image.height) = (128, 128);
+    let plan = half_angle_plan(&s, &HalfAngleParams::default());
+    let slices: Vec<_> = plan.sweeps[0].schedule(&plan.lens).collect();
+    // Seen at 45 degrees, slabs across an edge of the cube are narrow, the one through its middle is all of it:
+    // 64 voxels of 128 / 110.9 pixels, and a margin.
+    let middle = slices.len() / 2;
+    for (i, expected) in [(0, 3..=6), (middle, 72..=78), (slices.len() - 1, 3..=6)] {
+        let size = slices[i].pixels.size();
+        assert!(expected.contains(&size.x), "{i}: {size}");
+        assert!((74..=78).contains(&size.y), "{i}: {size}");
+        assert!(!slices[i].texels.is_empty());
+    }
+    for (slice, before) in slices.iter().skip(1).zip(&slices) {
+        // Light that left the slice before at its far face is carried over.
+        let joint = slice.texels.low.min(before.texels.high) == slice.texels.low;
+        assert!(joint && slice.texels.size().max_element() >= 64);
+    }
+    let faces = |i: usize| slices[i].faces;
+    assert!((1..slices.len()).all(|i| faces(i)[0] == faces(i - 1)[1]));
+    assert_eq!(faces(0)[0], f32::NEG_INFINITY);
+    assert_eq!(faces(slices.len() - 1)[1], f32::INFINITY);
+}
+
+#[test]
+fn a_point_light_has_one_frustum_or_the_faces_of_a_cube() {
+    let mut s = sparse();
+    let frusta = |s: &Scene| half_angle_plan(s, &HalfAngleParams::default()).sweeps.len();
+    for (position, expected) in [
+        (DVec3::new(0.0, -200.0, 0.0), 1),
+        (DVec3::new(100.0, -100.0, 30.0), 1),
+        (DVec3::ZERO, 6),
+        (DVec3::new(3.0, 1.0, 2.0), 6),
+        // On a face the volume is on one side only.
+        (DVec3::new(32.0, 0.0, 0.0), 5),
+    ] {
+        s.lights = vec![Light::Point {
+            position,
+            intensity: Vec3::ONE,
+            falloff: tyndall::scene::Falloff::InverseSquare,
+        }];
+        assert_eq!(frusta(&s), expected, "{position}");
+        for sweep in half_angle_plan(&s, &HalfAngleParams::default()).sweeps {
+            let rays = sweep.light.unwrap().corner_rays();
+            let obliquest = rays
+                .map(|w| w.dot(sweep.axis))
+                .into_iter()
+                .fold(1.0, f64::min);
+            assert!(obliquest >= 0.25, "{position}: {obliquest}");
+        }
+    }
+}
+
+#[test]
+fn half_angle_refuses_more_slices_than_a_shader_has_rounds() {
+    let mut s = sparse();
+    s.volume = Arc::new(volume(cube(700), ScalarType::U8, |_| 0.0));
+    let params = HalfAngleParams {
+        slice_spacing: 1.0 / 64.0,
+        ..HalfAngleParams::default()
+    };
+    let message = swept(s, params).unwrap_err().to_string();
+    assert!(
+        message.contains("half_angle.slice_spacing") && message.contains("raise the spacing"),
+        "{message}"
+    );
 }

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use glam::{DVec3, UVec3, Vec3};
 use tyndall::scene::file::{Override, SceneError, SceneFile, describe};
 use tyndall::scene::{
-    Exposure, Falloff, Light, Projection, Scene, Shading, TechniqueParams, ToneMap,
-    linear_from_srgb,
+    Exposure, Falloff, HalfAngleParams, Light, Lighting, Projection, Scene, Shading,
+    TechniqueParams, ToneMap, TransportColor, linear_from_srgb,
 };
 use tyndall::volume::{Grid, ReadOptions, Rescale, Statistics, Volume, Voxels};
 
@@ -185,6 +185,29 @@ fn shading_is_a_switch_or_a_table() {
     assert_eq!(shading("false"), None);
     assert_eq!(shading("true"), Some(Shading::default()));
     assert_eq!(shading("{specular = 0}").unwrap().specular, 0.0);
+}
+
+#[test]
+fn transport_is_automatic_a_colour_or_rows() {
+    let half_angle = |text: &str| {
+        let text = format!("[technique]\nname = 'half_angle'\n[technique.half_angle]\n{text}");
+        let TechniqueParams::HalfAngle(p) = resolved(&parse(&text)).technique else {
+            panic!("not half_angle");
+        };
+        p
+    };
+    let transport = |value: &str| half_angle(&format!("transport_color = {value}")).transport_color;
+    assert_eq!(transport("'auto'"), TransportColor::Auto);
+    let rows = |rows: &[[f64; 4]]| TransportColor::Points(rows.into());
+    assert_eq!(transport("[1.0, 0.5, 0.2]"), rows(&[[0.0, 1.0, 0.5, 0.2]]));
+    assert_eq!(
+        transport("[[10, 1, 0, 0], [20, 0, 1, 0.5]]"),
+        rows(&[[10.0, 1.0, 0.0, 0.0], [20.0, 0.0, 1.0, 0.5]])
+    );
+    let p = half_angle("phase_table = [[1, 1, 1], [2, 3, 4]]\nlighting = 'direct'");
+    assert_eq!(p.phase_table.unwrap()[1], [2.0, 3.0, 4.0]);
+    assert_eq!(p.lighting, Lighting::Direct);
+    assert_eq!(half_angle(""), HalfAngleParams::default());
 }
 
 #[test]

@@ -28,8 +28,8 @@ pub(super) struct SceneArgs {
     tf: Option<String>,
     #[command(flatten)]
     raw: RawArgs,
-    /// Technique: ray_march, single_scatter, ambient_occlusion, ambient_scattering or path_trace; for `render`
-    /// also auto. Default: the scene's.
+    /// Technique: ray_march, single_scatter, ambient_occlusion, ambient_scattering, half_angle or path_trace; for
+    /// `render` also auto. Default: the scene's.
     #[arg(long, value_name = "NAME")]
     technique: Option<String>,
     #[command(flatten)]

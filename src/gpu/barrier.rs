@@ -12,6 +12,8 @@ pub enum Access {
     Undefined,
     /// Destination of a copy.
     CopyWrite,
+    /// Cleared by [`super::Recorder::clear_image`].
+    Clear,
     /// Source of a copy.
     CopyRead,
     /// Sampled or fetched in a compute shader.
@@ -47,6 +49,7 @@ impl Access {
                 Mask::TRANSFER_WRITE,
                 Layout::TRANSFER_DST_OPTIMAL,
             ),
+            Self::Clear => (Stage::CLEAR, Mask::TRANSFER_WRITE, Layout::GENERAL),
             Self::CopyRead => (
                 Stage::COPY,
                 Mask::TRANSFER_READ,

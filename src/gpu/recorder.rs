@@ -102,6 +102,13 @@ impl<'a> Recorder<'a> {
         self.stage(name, vk::PipelineStageFlags2::COPY, record);
     }
 
+    /// A debug label around what `record` records, within a stage that alternates shaders.
+    pub fn labelled(&mut self, name: &str, record: impl FnOnce(&mut Self)) {
+        self.label(Some(name));
+        record(self);
+        self.label(None);
+    }
+
     fn stage(&mut self, name: &str, kind: vk::PipelineStageFlags2, record: impl FnOnce(&mut Self)) {
         let index = u32::try_from(self.stages.len()).unwrap_or(MAX_STAGES);
         let timed = index < MAX_STAGES && self.device.info().timestamp_period_ns > 0.0;
@@ -246,6 +253,16 @@ impl<'a> Recorder<'a> {
                 .shared
                 .raw
                 .cmd_copy_image_to_buffer(self.cmd, image.raw, layout, buffer.raw, &copy);
+        }
+    }
+
+    /// Sets every texel of a float image, in the layout of [`Access::Clear`], to 0.
+    pub fn clear_image(&mut self, image: &'a Image) {
+        let (layout, zero) = (Access::Clear.scope().layout, vk::ClearColorValue::default());
+        let raw = &self.device.shared.raw;
+        // SAFETY: as in `dispatch`.
+        unsafe {
+            raw.cmd_clear_color_image(self.cmd, image.raw, layout, &zero, &[Image::whole()]);
         }
     }
 

@@ -50,6 +50,24 @@ shaders! {
     AMBIENT_SCATTERING_PREINTEGRATE = "ambient_scattering" / "preintegrate";
     /// The same by one plain path an angle, to measure the former against.
     AMBIENT_SCATTERING_PREINTEGRATE_PLAIN = "ambient_scattering" / "preintegrate_plain";
+    /// A slice as the viewer sees it.
+    HALF_ANGLE_SHADE_SLICE = "half_angle" / "shade_slice";
+    /// The same, the volume read by loads of 8-bit texels.
+    HALF_ANGLE_SHADE_SLICE_R8 = "half_angle" / "shade_slice_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    HALF_ANGLE_SHADE_SLICE_R16 = "half_angle" / "shade_slice_r16";
+    /// The same, the volume read by loads of float texels.
+    HALF_ANGLE_SHADE_SLICE_R32F = "half_angle" / "shade_slice_r32f";
+    /// Light on its way through a slice.
+    HALF_ANGLE_PROPAGATE = "half_angle" / "propagate";
+    /// The same, the volume read by loads of 8-bit texels.
+    HALF_ANGLE_PROPAGATE_R8 = "half_angle" / "propagate_r8";
+    /// The same, the volume read by loads of 16-bit texels.
+    HALF_ANGLE_PROPAGATE_R16 = "half_angle" / "propagate_r16";
+    /// The same, the volume read by loads of float texels.
+    HALF_ANGLE_PROPAGATE_R32F = "half_angle" / "propagate_r32f";
+    /// What a sweep gathered joins the image.
+    HALF_ANGLE_COMPOSE = "half_angle" / "compose";
     /// Smallest and largest voxel of every cell.
     MEDIUM_CELL_MIN_MAX = "medium" / "cell_min_max";
     /// Which cells the transfer function leaves empty.

@@ -20,9 +20,9 @@ pub use light::{Falloff, Light, world_from_map};
 pub use medium::Medium;
 pub use perturbation::{Octave, Perturbation};
 pub use settings::{
-    AmbientOcclusionParams, AmbientScatteringParams, Exposure, Gather, ImageSettings, LightCache,
-    PathTraceParams, RadianceCache, Radius, RayMarchParams, Shading, SingleScatterParams,
-    TechniqueParams, ToneMap, Tube,
+    AmbientOcclusionParams, AmbientScatteringParams, Exposure, Gather, HalfAngleParams,
+    ImageSettings, LightCache, Lighting, PathTraceParams, RadianceCache, Radius, RayMarchParams,
+    Shading, SingleScatterParams, SurfaceShading, TechniqueParams, ToneMap, TransportColor, Tube,
 };
 pub use transfer_function::{ControlPoint, TransferFunction};
 

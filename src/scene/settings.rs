@@ -1,5 +1,7 @@
 //! Image settings and technique parameters.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -327,8 +329,102 @@ impl Default for AmbientScatteringParams {
     }
 }
 
+/// What of the light `half_angle` computes.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Lighting {
+    /// None: the colour is source radiance, as in emission-absorption.
+    None,
+    /// Gradient shading without shadows.
+    Surface,
+    /// Light that comes straight from the source and is scattered once.
+    Direct,
+    /// Light that was scattered on its way, too.
+    #[default]
+    Indirect,
+}
+
+/// What scattered light becomes on its way in `half_angle` `[Kniss2003, Eq. 8]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum TransportColor {
+    /// By the albedo of every sample.
+    #[default]
+    Auto,
+    /// By data value: rows of value and of the share of scattered light, linear RGB in [0, 1], that is left
+    /// after a mean free path, ascending in value.
+    Points(Arc<[[f64; 4]]>),
+}
+
+/// Which samples `half_angle` shades as surfaces `[Kniss2003, Eq. 11]`.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum SurfaceShading {
+    /// None: all scatter by the phase function.
+    #[default]
+    None,
+    /// Those where the data's gradient is steep.
+    Gradient,
+}
+
+/// Parameters of `half_angle`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HalfAngleParams {
+    /// Distance between slices, in voxels (of the smallest spacing, at most a 64th of the longest side), in
+    /// [1/64, 64].
+    pub slice_spacing: f64,
+    /// Texels along the longer side of a light buffer, in [1, 8192]; `None`: one a voxel, within 64 and 512.
+    pub light_buffer: Option<u32>,
+    /// What of the light is computed.
+    pub lighting: Lighting,
+    /// What scattered light becomes on its way.
+    pub transport_color: TransportColor,
+    /// Full angle of the cone that scattered light spreads into, degrees, in [0, 170].
+    pub blur_angle_deg: f64,
+    /// Looks at a light buffer that the spread is made of: 4, 8 or 16.
+    pub blur_samples: u32,
+    /// Phase function of direct light by the cosine, from -1 to 1 in equal steps, RGB, in place of
+    /// Henyey and Greenstein's; only ratios count.
+    pub phase_table: Option<Arc<[[f64; 3]]>>,
+    /// Which samples are shaded as surfaces.
+    pub surface: SurfaceShading,
+    /// Gradient, in shares of the data range a voxel, from which on a sample is all surface, > 0.
+    pub surface_gradient: f64,
+    /// Factor of a surface's highlights, >= 0.
+    pub specular: f32,
+    /// Blinn-Phong exponent of the highlights, in [1, 1000].
+    pub shininess: f32,
+    /// A ray seen from the front ends once its opacity reaches this, in (0, 1]; 1 switches it off.
+    pub early_termination: f64,
+    /// Skip cells that the transfer function makes empty.
+    pub empty_space_skipping: bool,
+}
+
+impl Default for HalfAngleParams {
+    fn default() -> Self {
+        Self {
+            slice_spacing: 1.0,
+            light_buffer: None,
+            lighting: Lighting::Indirect,
+            transport_color: TransportColor::Auto,
+            blur_angle_deg: 60.0,
+            blur_samples: 4,
+            phase_table: None,
+            surface: SurfaceShading::None,
+            surface_gradient: 0.1,
+            specular: 0.2,
+            shininess: 20.0,
+            early_termination: 0.999,
+            empty_space_skipping: true,
+        }
+    }
+}
+
 /// The technique and its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum TechniqueParams {
     /// Emission-absorption and gradient shading.
     RayMarch(RayMarchParams),
@@ -340,6 +436,8 @@ pub enum TechniqueParams {
     AmbientOcclusion(AmbientOcclusionParams),
     /// Multiple scattering near every sample, from a table.
     AmbientScattering(AmbientScatteringParams),
+    /// Light propagated slice by slice, half way between light and view.
+    HalfAngle(HalfAngleParams),
 }
 
 impl TechniqueParams {
@@ -352,6 +450,7 @@ impl TechniqueParams {
             Self::SingleScatter(_) => "single_scatter",
             Self::AmbientOcclusion(_) => "ambient_occlusion",
             Self::AmbientScattering(_) => "ambient_scattering",
+            Self::HalfAngle(_) => "half_angle",
         }
     }
 
@@ -360,6 +459,7 @@ impl TechniqueParams {
     pub const fn uses_lights(&self) -> bool {
         match self {
             Self::RayMarch(p) => p.shading.is_some(),
+            Self::HalfAngle(p) => !matches!(p.lighting, Lighting::None),
             Self::PathTrace(_)
             | Self::SingleScatter(_)
             | Self::AmbientOcclusion(_)

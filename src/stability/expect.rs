@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::scenes::COLOR;
 use super::{Extreme, Limit, half_space};
-use crate::scene::{Shading, TechniqueParams};
+use crate::scene::{Lighting, Shading, TechniqueParams};
 use crate::technique::phase_hg;
 
 /// What a technique sets out to compute.
@@ -20,6 +20,8 @@ pub enum Model {
     MultipleScattering,
     /// The same, nearly: light scattered about a sample, and on its way there.
     AmbientScattering,
+    /// Light scattered once, and before that forward on its way.
+    ForwardScattering,
 }
 
 /// The model of a technique.
@@ -34,6 +36,12 @@ pub const fn model(technique: &TechniqueParams) -> Model {
         TechniqueParams::SingleScatter(_) => Model::SingleScattering,
         TechniqueParams::AmbientOcclusion(_) => Model::OccludedEnvironment,
         TechniqueParams::AmbientScattering(_) => Model::AmbientScattering,
+        TechniqueParams::HalfAngle(p) => match p.lighting {
+            Lighting::None => Model::EmissionAbsorption(None),
+            Lighting::Surface => Model::EmissionAbsorption(Some(SURFACE)),
+            Lighting::Direct => Model::SingleScattering,
+            Lighting::Indirect => Model::ForwardScattering,
+        },
     }
 }
 
@@ -41,6 +49,15 @@ pub const fn model(technique: &TechniqueParams) -> Model {
 /// that falls straight in: 4 K(1), with the escape function K(1) = sqrt(3) H(1) / 4 = 1.26 where scattering
 /// is even and hardly another where it is not. No finite body of that medium lit from one side has more.
 const LARGEST_FLUENCE: f64 = 5.2;
+
+/// How `half_angle` shades surfaces at its default parameters.
+const SURFACE: Shading = Shading {
+    ambient: 1.0,
+    diffuse: 0.9,
+    specular: 0.2,
+    shininess: 20.0,
+    merge_opacity: 0.0,
+};
 
 /// Mean radiance and its standard error.
 #[derive(Clone, Copy)]
@@ -67,7 +84,8 @@ pub(super) fn bound(extreme: &Extreme, technique: &TechniqueParams) -> f64 {
             let reflected = f64::from(s.diffuse) * color + f64::from(s.specular);
             extreme.irradiance / PI * (reflected + f64::from(s.ambient) * color)
         }
-        Model::SingleScattering => scattered,
+        // What was scattered on its way is never more than the light has lost.
+        Model::SingleScattering | Model::ForwardScattering => scattered,
         Model::OccludedEnvironment => m.albedo * color * environment(extreme),
         Model::MultipleScattering | Model::AmbientScattering => LARGEST_FLUENCE * scattered,
     }

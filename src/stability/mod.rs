@@ -18,8 +18,8 @@ use serde::Serialize;
 
 use crate::gpu::Device;
 use crate::scene::{
-    AmbientOcclusionParams, AmbientScatteringParams, Light, LightCache, PathTraceParams,
-    RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
+    AmbientOcclusionParams, AmbientScatteringParams, HalfAngleParams, Light, LightCache, Lighting,
+    PathTraceParams, RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
 };
 use crate::technique::{RenderError, Renderer};
 
@@ -42,7 +42,7 @@ pub struct Extreme {
 }
 
 /// A technique and how it is put to an extreme.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Subject {
     /// Its name in the table.
     pub name: &'static str,
@@ -120,6 +120,13 @@ pub fn subjects() -> Vec<Subject> {
         early_termination: 1.0,
         ..AmbientScatteringParams::default()
     };
+    let half_angle = |lighting| {
+        TechniqueParams::HalfAngle(HalfAngleParams {
+            early_termination: 1.0,
+            lighting,
+            ..HalfAngleParams::default()
+        })
+    };
     let subject = |name, params| Subject { name, params };
     vec![
         subject(
@@ -143,6 +150,10 @@ pub fn subjects() -> Vec<Subject> {
                 ..AmbientOcclusionParams::default()
             }),
         ),
+        subject("half_angle", half_angle(Lighting::Indirect)),
+        subject("half_angle, direct", half_angle(Lighting::Direct)),
+        subject("half_angle, unlit", half_angle(Lighting::None)),
+        subject("half_angle, surface", half_angle(Lighting::Surface)),
         subject(
             "path_trace, once",
             TechniqueParams::PathTrace(PathTraceParams {
@@ -164,7 +175,7 @@ pub fn examine(
     subject: &Subject,
 ) -> Result<Finding, RenderError> {
     let mut scene = extreme.scene.clone();
-    scene.technique = with_step(subject.params, extreme.step);
+    scene.technique = with_step(subject.params.clone(), extreme.step);
     if model(&scene.technique) == Model::OccludedEnvironment {
         // Nothing else lights it.
         let radiance = Vec3::splat(expect::environment(extreme) as f32);
@@ -211,6 +222,7 @@ fn with_step(mut params: TechniqueParams, step: Option<f64>) -> TechniqueParams 
             TechniqueParams::SingleScatter(p) => (p.step, p.shadow_step) = (step, step),
             TechniqueParams::AmbientOcclusion(p) => p.step = step,
             TechniqueParams::AmbientScattering(p) => p.step = step,
+            TechniqueParams::HalfAngle(p) => p.slice_spacing = step,
             TechniqueParams::PathTrace(_) => {}
         }
     }

@@ -79,7 +79,7 @@ impl Variant {
     #[must_use]
     pub fn apply(&self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
-        scene.technique = self.params;
+        scene.technique = self.params.clone();
         scene.image.samples_per_axis = self.samples_per_axis;
         scene
     }

@@ -7,6 +7,7 @@
 mod albedo_volume;
 pub mod ambient_occlusion;
 pub mod ambient_scattering;
+pub mod half_angle;
 mod inputs;
 mod knob;
 mod lights;
@@ -19,6 +20,7 @@ pub mod ray_march;
 mod reference_medium;
 mod reference_ray;
 mod renderer;
+mod seen;
 pub mod single_scatter;
 mod spread;
 pub mod summed_area;

@@ -43,7 +43,7 @@ impl Nodes {
 }
 
 /// Corners, in grid coordinates, of a box around all that the clip box keeps of the volume.
-fn kept(scene: &Scene) -> (DVec3, DVec3) {
+pub(super) fn kept(scene: &Scene) -> (DVec3, DVec3) {
     let grid = &scene.volume.grid;
     let (mut low, mut high) = (DVec3::splat(-0.5), grid.dims.as_dvec3() - 0.5);
     if let Some((min, max)) = scene.clip.bounds {

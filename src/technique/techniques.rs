@@ -3,6 +3,7 @@
 
 use super::ambient_occlusion::{self, AmbientOcclusion, AmbientOcclusionPlan};
 use super::ambient_scattering::{self, AmbientScattering, AmbientScatteringPlan};
+use super::half_angle::{self, HalfAngle, HalfAnglePlan};
 use super::medium::{Medium, MediumPlan};
 use super::path_trace::{self, PathTrace, PathTracePlan};
 use super::ray_march::{self, RayMarch, RayMarchPlan};
@@ -11,8 +12,8 @@ use super::target::Target;
 use super::{Inputs, Knobs, Plan, PlanError};
 use crate::gpu::{Device, GpuError, Limits, StageTime};
 use crate::scene::{
-    AmbientOcclusionParams, AmbientScatteringParams, PathTraceParams, RayMarchParams, Scene,
-    SingleScatterParams, TechniqueParams,
+    AmbientOcclusionParams, AmbientScatteringParams, HalfAngleParams, PathTraceParams,
+    RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
 };
 
 /// Names of all techniques, as in scene files and on the command line.
@@ -21,6 +22,7 @@ pub const NAMES: &[&str] = &[
     single_scatter::NAME,
     ambient_occlusion::NAME,
     ambient_scattering::NAME,
+    half_angle::NAME,
     path_trace::NAME,
 ];
 
@@ -30,6 +32,7 @@ pub const KNOBS: &[Knobs] = &[
     single_scatter::KNOBS,
     ambient_occlusion::KNOBS,
     ambient_scattering::KNOBS,
+    half_angle::KNOBS,
     path_trace::KNOBS,
 ];
 
@@ -46,6 +49,8 @@ pub enum TechniquePlan {
     AmbientOcclusion(AmbientOcclusionPlan, AmbientOcclusionParams),
     /// Multiple scattering near every sample, from a table.
     AmbientScattering(Box<AmbientScatteringPlan>, AmbientScatteringParams),
+    /// Light propagated slice by slice, half way between light and view.
+    HalfAngle(Box<HalfAnglePlan>, HalfAngleParams),
 }
 
 /// A technique on the device.
@@ -60,6 +65,8 @@ pub enum Technique {
     AmbientOcclusion(Box<AmbientOcclusion>, AmbientOcclusionParams),
     /// Multiple scattering near every sample, from a table.
     AmbientScattering(Box<AmbientScattering>, AmbientScatteringParams),
+    /// Light propagated slice by slice, half way between light and view.
+    HalfAngle(Box<HalfAngle>, HalfAngleParams),
 }
 
 impl TechniquePlan {
@@ -85,6 +92,8 @@ impl TechniquePlan {
                 ambient_scattering::plan(scene, params, limits)
                     .map(|plan| Self::AmbientScattering(Box::new(plan), *params))
             }
+            TechniqueParams::HalfAngle(params) => half_angle::plan(scene, params, limits)
+                .map(|plan| Self::HalfAngle(Box::new(plan), params.clone())),
         }
     }
 
@@ -97,6 +106,7 @@ impl TechniquePlan {
             Self::SingleScatter(plan, _) => plan.summary(scene),
             Self::AmbientOcclusion(plan, _) => plan.summary(scene),
             Self::AmbientScattering(plan, _) => plan.summary(scene),
+            Self::HalfAngle(plan, _) => plan.summary(scene),
         }
     }
 
@@ -109,6 +119,7 @@ impl TechniquePlan {
             Self::SingleScatter(plan, _) => &plan.medium,
             Self::AmbientOcclusion(plan, _) => &plan.medium,
             Self::AmbientScattering(plan, _) => &plan.medium,
+            Self::HalfAngle(plan, _) => &plan.medium,
         }
     }
 
@@ -121,6 +132,7 @@ impl TechniquePlan {
             Self::SingleScatter(plan, _) => plan.march().shader.name,
             Self::AmbientOcclusion(plan, _) => plan.march().shader.name,
             Self::AmbientScattering(plan, _) => plan.march().shader.name,
+            Self::HalfAngle(..) => half_angle::stage::SWEEP,
         }
     }
 
@@ -133,6 +145,7 @@ impl TechniquePlan {
             Self::SingleScatter(..) => single_scatter::stage::READ_BACK,
             Self::AmbientOcclusion(..) => ambient_occlusion::stage::READ_BACK,
             Self::AmbientScattering(..) => ambient_scattering::stage::READ_BACK,
+            Self::HalfAngle(..) => half_angle::stage::READ_BACK,
         }
     }
 
@@ -188,6 +201,14 @@ impl TechniquePlan {
                 AmbientScattering::new(device, plan, medium, target, old)
                     .map(|technique| Technique::AmbientScattering(Box::new(technique), *params))
             }
+            Self::HalfAngle(plan, params) => {
+                let old = match old {
+                    Some(Technique::HalfAngle(old, _)) => Some(*old),
+                    _ => None,
+                };
+                HalfAngle::new(device, plan, medium, target, old)
+                    .map(|technique| Technique::HalfAngle(Box::new(technique), params.clone()))
+            }
         }
     }
 }
@@ -206,6 +227,8 @@ impl Technique {
             }
             // Its uniforms depend on its tables.
             Self::AmbientScattering(..) => {}
+            // It writes them before each sweep.
+            Self::HalfAngle(..) => {}
         }
     }
 
@@ -248,6 +271,10 @@ impl Technique {
                 )?);
                 Ok(times)
             }
+            Self::HalfAngle(technique, params) => {
+                technique.prepare(scene, params, medium);
+                technique.upload(device, scene, params)
+            }
         }
     }
 
@@ -261,7 +288,8 @@ impl Technique {
             Self::RayMarch(..)
             | Self::SingleScatter(..)
             | Self::AmbientOcclusion(..)
-            | Self::AmbientScattering(..) => Ok(None),
+            | Self::AmbientScattering(..)
+            | Self::HalfAngle(..) => Ok(None),
             Self::PathTrace(technique, _) if technique.samples < 2 => Ok(None),
             Self::PathTrace(technique, _) => technique.variance(device).map(Some),
         }
@@ -274,7 +302,8 @@ impl Technique {
             Self::RayMarch(..)
             | Self::SingleScatter(..)
             | Self::AmbientOcclusion(..)
-            | Self::AmbientScattering(..) => None,
+            | Self::AmbientScattering(..)
+            | Self::HalfAngle(..) => None,
             Self::PathTrace(technique, _) => Some(technique.samples),
         }
     }
@@ -302,6 +331,7 @@ impl Technique {
             Self::AmbientScattering(technique, _) => {
                 ambient_scattering::record_march(device, technique, progress)
             }
+            Self::HalfAngle(technique, _) => half_angle::record_sweeps(device, technique, progress),
         }
     }
 }

@@ -302,6 +302,59 @@ fn shapes_and_noise_name_what_was_found_and_expected() {
 }
 
 #[test]
+fn values_of_half_angle_name_what_was_found_and_expected() {
+    let key = "technique.half_angle";
+    let cases = [
+        (
+            "slice_spacing = 0",
+            "found 0, expected a number from 0.015625 to 64",
+        ),
+        (
+            "light_buffer = 0",
+            "found 0, expected a number from 1 to 8192",
+        ),
+        ("blur_samples = 5", "found 5, expected 4, 8 or 16"),
+        (
+            "blur_angle_deg = 180",
+            "found 180, expected a number from 0 to 170",
+        ),
+        (
+            "transport_color = [2, 0, 0]",
+            "found 2, expected a number from 0 to 1",
+        ),
+        ("transport_color = []", "expected at least one"),
+        (
+            "transport_color = 'blue'",
+            "expected `auto`, a colour [r, g, b]",
+        ),
+        (
+            "transport_color = [[1, 0, 0, 0], [0, 0, 0, 0]]",
+            "found 0 after 1, expected values in ascending order",
+        ),
+        (
+            "phase_table = [[1, 1, 1]]",
+            "found 1 rows, expected 2 to 1024",
+        ),
+        (
+            "phase_table = [[1, 1, 0], [1, 1, 0]]",
+            "found only 0 in column 2",
+        ),
+        ("phase_table = [[1, 1, -1], [1, 1, 1]]", "found -1"),
+        (
+            "surface_gradient = 0",
+            "found 0, expected a finite number above 0",
+        ),
+    ];
+    for (text, expected) in cases {
+        let message = set(&format!("{key}.{text}"), &[])
+            .expect_err(text)
+            .to_string();
+        let is_placed = message.starts_with("s.toml:1:");
+        assert!(is_placed && message.contains(expected), "{text}\n{message}");
+    }
+}
+
+#[test]
 fn alternatives_exclude_each_other() {
     fails(&[
         (

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use crate::scene::transfer_function::{Primitive, Quantity};
 use crate::scene::{
-    ControlPoint, Exposure, Light, Octave, Perturbation, Projection, Radius, Scene, TechniqueParams,
+    ControlPoint, Exposure, Light, Octave, Perturbation, Projection, Radius, Scene,
+    TechniqueParams, TransportColor,
 };
 
 /// Every setting of a resolved scene.
@@ -198,6 +199,27 @@ fn technique(technique: &TechniqueParams) -> Value {
             "ambient_occlusion": {
                 "step": p.step,
                 "radius": radius(p.radius),
+                "early_termination": p.early_termination,
+                "empty_space_skipping": p.empty_space_skipping,
+            }
+        }),
+        TechniqueParams::HalfAngle(p) => json!({
+            "name": "half_angle",
+            "half_angle": {
+                "slice_spacing": p.slice_spacing,
+                "light_buffer": p.light_buffer,
+                "lighting": p.lighting,
+                "transport_color": match &p.transport_color {
+                    TransportColor::Auto => json!("auto"),
+                    TransportColor::Points(rows) => json!(rows.as_ref()),
+                },
+                "blur_angle_deg": p.blur_angle_deg,
+                "blur_samples": p.blur_samples,
+                "phase_table": p.phase_table.as_deref(),
+                "surface": p.surface,
+                "surface_gradient": p.surface_gradient,
+                "specular": p.specular,
+                "shininess": p.shininess,
                 "early_termination": p.early_termination,
                 "empty_space_skipping": p.empty_space_skipping,
             }

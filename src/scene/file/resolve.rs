@@ -8,7 +8,7 @@ use glam::{DVec3, UVec3, Vec3};
 
 use super::spec::{
     ColorSpace, Endian, EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, ShadingSpec,
-    TechniqueName,
+    TechniqueName, TransportSpec,
 };
 use super::spec_medium::{AlbedoVolumeSpec, OctaveSpec, PrimitiveSpec};
 use super::{SceneError, SceneFile};
@@ -16,9 +16,9 @@ use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::transfer_function::{Primitive, Quantity, automatic, read_file};
 use crate::scene::{
     AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, ControlPoint, Exposure,
-    ImageSettings, LatLongMap, Light, Medium, Octave, PathTraceParams, Perturbation, Plane,
-    Projection, Radius, RayMarchParams, Scene, Shading, SingleScatterParams, TechniqueParams,
-    TransferFunction, linear_from_srgb,
+    HalfAngleParams, ImageSettings, LatLongMap, Light, Medium, Octave, PathTraceParams,
+    Perturbation, Plane, Projection, Radius, RayMarchParams, Scene, Shading, SingleScatterParams,
+    TechniqueParams, TransferFunction, TransportColor, linear_from_srgb,
 };
 use crate::volume::procedural::Procedural;
 use crate::volume::{self, ColorVolume, RawLayout, ReadOptions, Statistics, Volume};
@@ -296,6 +296,7 @@ impl SceneFile {
             Some(TechniqueName::AmbientScattering) => {
                 TechniqueParams::AmbientScattering(self.ambient_scattering())
             }
+            Some(TechniqueName::HalfAngle) => TechniqueParams::HalfAngle(self.half_angle()),
         }
     }
 
@@ -334,6 +335,28 @@ impl SceneFile {
             specular: s.specular.unwrap_or(d.specular),
             shininess: s.shininess.unwrap_or(d.shininess),
             occlusion_radius: s.occlusion_radius.map_or(d.occlusion_radius, radius),
+            early_termination: s.early_termination.unwrap_or(d.early_termination),
+            empty_space_skipping: s.empty_space_skipping.unwrap_or(d.empty_space_skipping),
+        }
+    }
+
+    fn half_angle(&self) -> HalfAngleParams {
+        let (s, d) = (&self.spec.technique.half_angle, HalfAngleParams::default());
+        HalfAngleParams {
+            slice_spacing: s.slice_spacing.unwrap_or(d.slice_spacing),
+            light_buffer: s.light_buffer.or(d.light_buffer),
+            lighting: s.lighting.unwrap_or(d.lighting),
+            transport_color: s
+                .transport_color
+                .as_ref()
+                .map_or(d.transport_color, transport_color),
+            blur_angle_deg: s.blur_angle_deg.unwrap_or(d.blur_angle_deg),
+            blur_samples: s.blur_samples.unwrap_or(d.blur_samples),
+            phase_table: s.phase_table.as_deref().map(Arc::from),
+            surface: s.surface.unwrap_or(d.surface),
+            surface_gradient: s.surface_gradient.unwrap_or(d.surface_gradient),
+            specular: s.specular.unwrap_or(d.specular),
+            shininess: s.shininess.unwrap_or(d.shininess),
             early_termination: s.early_termination.unwrap_or(d.early_termination),
             empty_space_skipping: s.empty_space_skipping.unwrap_or(d.empty_space_skipping),
         }
@@ -385,6 +408,14 @@ pub(super) fn raw_layout(r: &RawSpec) -> RawLayout {
         spacing: r.spacing.unwrap_or([1.0; 3]),
         big_endian: r.endian == Some(Endian::Big),
         skip_bytes: r.skip_bytes.unwrap_or(0),
+    }
+}
+
+fn transport_color(spec: &TransportSpec) -> TransportColor {
+    match spec {
+        TransportSpec::Word(_) => TransportColor::Auto,
+        TransportSpec::Color([r, g, b]) => TransportColor::Points(Arc::new([[0.0, *r, *g, *b]])),
+        TransportSpec::Points(rows) => TransportColor::Points(Arc::from(rows.as_slice())),
     }
 }
 

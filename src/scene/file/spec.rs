@@ -6,7 +6,9 @@ use serde::Deserialize;
 use super::Rgb;
 use super::spec_medium::{MediumSpec, PrimitiveSpec};
 use crate::scene::transfer_function::Preset;
-use crate::scene::{Falloff, Gather, LightCache, RadianceCache, ToneMap, Tube};
+use crate::scene::{
+    Falloff, Gather, LightCache, Lighting, RadianceCache, SurfaceShading, ToneMap, Tube,
+};
 use crate::volume::ScalarType;
 use crate::volume::procedural::Procedural;
 
@@ -278,6 +280,8 @@ pub struct TechniqueSpec {
     pub ambient_occlusion: AmbientOcclusionSpec,
     /// Parameters of `ambient_scattering`.
     pub ambient_scattering: AmbientScatteringSpec,
+    /// Parameters of `half_angle`.
+    pub half_angle: HalfAngleSpec,
 }
 
 /// The techniques.
@@ -290,6 +294,7 @@ pub enum TechniqueName {
     SingleScatter,
     AmbientOcclusion,
     AmbientScattering,
+    HalfAngle,
 }
 
 /// Emission-absorption and gradient shading.
@@ -390,6 +395,62 @@ pub struct AmbientScatteringSpec {
     pub early_termination: Option<f64>,
     /// Skip cells that the transfer function makes empty. Default: true.
     pub empty_space_skipping: Option<bool>,
+}
+
+/// Light propagated slice by slice, half way between light and view.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct HalfAngleSpec {
+    /// Distance between slices in voxels of the smallest spacing, or in 64ths of the volume's longest side where
+    /// these are smaller, in [1/64, 64]. Default: 1.
+    #[schemars(range(min = 0.015625, max = 64))]
+    pub slice_spacing: Option<f64>,
+    /// Texels along the longer side of a light buffer, 1 to 8192. Default: one a voxel, 64 to 512.
+    #[schemars(range(min = 1, max = 8192))]
+    pub light_buffer: Option<u32>,
+    /// What of the light is computed: `none` (the colour is source radiance), `surface` (gradient shading
+    /// without shadows), `direct`, or `indirect` (default: direct and indirect).
+    pub lighting: Option<Lighting>,
+    /// What scattered light becomes on its way: `auto` (default: by the colour's albedo), the share of red,
+    /// green and blue that is left after a mean free path, in [0, 1], or rows of data value and that share,
+    /// ascending in value.
+    pub transport_color: Option<TransportSpec>,
+    /// Full angle of the cone that scattered light spreads into, in degrees, 0 to 170. Default: 60.
+    #[schemars(range(min = 0, max = 170))]
+    pub blur_angle_deg: Option<f64>,
+    /// Looks at a light buffer that the spread is made of: 4 (default), 8 or 16.
+    pub blur_samples: Option<u32>,
+    /// Phase function of direct light in place of `medium.phase`: rows of red, green and blue for cosines
+    /// from -1 (straight back) to 1 (straight on) in equal steps, 2 to 1024 rows; it is normalised.
+    pub phase_table: Option<Vec<[f64; 3]>>,
+    /// Which samples are shaded as surfaces: `none` (default), or `gradient`, those where it is steep.
+    pub surface: Option<SurfaceShading>,
+    /// Gradient, in shares of the data range a voxel, from which on a sample is all surface, > 0.
+    /// Default: 0.1.
+    pub surface_gradient: Option<f64>,
+    /// Factor of a surface's highlights, >= 0. Default: 0.2.
+    pub specular: Option<f32>,
+    /// Exponent of the highlights, in [1, 1000]. Default: 20.
+    #[schemars(range(min = 1, max = 1000))]
+    pub shininess: Option<f32>,
+    /// A ray seen from the front ends once its opacity reaches this, in (0, 1]; 1 switches it off.
+    /// Default: 0.999.
+    pub early_termination: Option<f64>,
+    /// Skip cells that the transfer function makes empty. Default: true.
+    pub empty_space_skipping: Option<bool>,
+}
+
+/// `auto`, a colour, or rows of value and colour.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "`auto`, a colour [r, g, b], or rows [value, r, g, b]"
+)]
+#[allow(missing_docs, reason = "the words say it")]
+pub enum TransportSpec {
+    Word(AutoWord),
+    Color([f64; 3]),
+    Points(Vec<[f64; 4]>),
 }
 
 /// `auto`, a number of voxels, or a table of world units.

@@ -5,6 +5,7 @@ use super::check_medium::{perturbation, primitives};
 use super::error::Problem;
 use super::spec::{
     EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, SceneSpec, ShadingSpec,
+    TransportSpec,
 };
 
 /// The first value that is out of range.
@@ -32,6 +33,7 @@ pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     single_scatter(s)?;
     ambient_occlusion(s)?;
     ambient_scattering(s)?;
+    half_angle(s)?;
     ray_march(s)
 }
 
@@ -317,6 +319,70 @@ fn ambient_scattering(s: &SceneSpec) -> Result<(), Problem> {
     at_least(&key("specular"), p.specular.map(f64::from), 0.0)?;
     within(&key("shininess"), p.shininess.map(f64::from), 1.0, 1000.0)?;
     within(&key("early_termination"), p.early_termination, 1e-6, 1.0)
+}
+
+fn half_angle(s: &SceneSpec) -> Result<(), Problem> {
+    let p = &s.technique.half_angle;
+    let key = |name: &str| format!("technique.half_angle.{name}");
+    within(&key("slice_spacing"), p.slice_spacing, 1.0 / 64.0, 64.0)?;
+    let texels = p.light_buffer.map(f64::from);
+    within(&key("light_buffer"), texels, 1.0, 8192.0)?;
+    within(&key("blur_angle_deg"), p.blur_angle_deg, 0.0, 170.0)?;
+    if let Some(n) = p.blur_samples.filter(|n| ![4, 8, 16].contains(n)) {
+        let message = format!("found {n}, expected 4, 8 or 16");
+        return Err(Problem::new(&key("blur_samples"), message));
+    }
+    transport_color(&key("transport_color"), p.transport_color.as_ref())?;
+    phase_table(&key("phase_table"), p.phase_table.as_deref())?;
+    positive(&key("surface_gradient"), p.surface_gradient)?;
+    at_least(&key("specular"), p.specular.map(f64::from), 0.0)?;
+    within(&key("shininess"), p.shininess.map(f64::from), 1.0, 1000.0)?;
+    within(&key("early_termination"), p.early_termination, 1e-6, 1.0)
+}
+
+fn transport_color(key: &str, spec: Option<&TransportSpec>) -> Result<(), Problem> {
+    match spec {
+        None | Some(TransportSpec::Word(_)) => Ok(()),
+        Some(TransportSpec::Color(color)) => {
+            (0..3).try_for_each(|c| within(&format!("{key}.{c}"), Some(color[c]), 0.0, 1.0))
+        }
+        Some(TransportSpec::Points(rows)) => {
+            if rows.is_empty() {
+                return Err(Problem::new(key, "found no rows, expected at least one"));
+            }
+            let mut before = f64::NEG_INFINITY;
+            for (i, row) in rows.iter().enumerate() {
+                finite(&format!("{key}.{i}.0"), Some(row[0]))?;
+                if row[0] < before {
+                    let found = format!(
+                        "found {} after {before}, expected values in ascending order",
+                        row[0]
+                    );
+                    return Err(Problem::new(&format!("{key}.{i}.0"), found));
+                }
+                before = row[0];
+                (1..4)
+                    .try_for_each(|c| within(&format!("{key}.{i}.{c}"), Some(row[c]), 0.0, 1.0))?;
+            }
+            Ok(())
+        }
+    }
+}
+
+fn phase_table(key: &str, rows: Option<&[[f64; 3]]>) -> Result<(), Problem> {
+    let Some(rows) = rows else { return Ok(()) };
+    if !(2..=1024).contains(&rows.len()) {
+        let message = format!("found {} rows, expected 2 to 1024", rows.len());
+        return Err(Problem::new(key, message));
+    }
+    for (i, row) in rows.iter().enumerate() {
+        (0..3).try_for_each(|c| at_least(&format!("{key}.{i}.{c}"), Some(row[c]), 0.0))?;
+    }
+    if let Some(c) = (0..3).find(|c| rows.iter().all(|row| row[*c] <= 0.0)) {
+        let message = format!("found only 0 in column {c}, expected light in some direction");
+        return Err(Problem::new(key, message));
+    }
+    Ok(())
 }
 
 /// A sixty-fourth of a voxel and more: below, a tube has more steps than a shader can take.

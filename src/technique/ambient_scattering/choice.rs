@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::scene::{Perturbation, Radius, Scene};
+use crate::technique::seen::{classes, typical_extinction};
 
 /// An automatic radius is at most this share of the cube root of the volume.
 const LARGEST_SHARE: f64 = 1.0 / 16.0;
@@ -51,18 +52,6 @@ pub(super) fn free_path(scene: &Scene) -> f64 {
     1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE)
 }
 
-/// Extinction of what is seen, per world unit: the mean over voxels, each weighted by its opacity.
-fn typical_extinction(scene: &Scene) -> f64 {
-    let voxel = scene.volume.grid.spacing().min_element();
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for (count, _, sigma_t) in classes(scene) {
-        let weight = count * -(-sigma_t * voxel).exp_m1();
-        sum += weight * sigma_t;
-        weights += weight;
-    }
-    if weights > 0.0 { sum / weights } else { 0.0 }
-}
-
 /// Mean albedo of the medium, RGB, weighted by extinction: what light meets on its way.
 #[must_use]
 pub fn albedo(scene: &Scene) -> DVec3 {
@@ -99,18 +88,4 @@ fn weighted(list: impl Iterator<Item = (f64, DVec3)>) -> DVec3 {
     } else {
         DVec3::ONE
     }
-}
-
-/// Voxels, colour and extinction of every bin of the histogram; where gradients decide too, the most that they make
-/// of its value.
-fn classes(scene: &Scene) -> impl Iterator<Item = (f64, DVec3, f64)> {
-    let (s, m) = (&scene.statistics, &scene.medium);
-    let width = (s.max - s.min) / s.histogram.len().max(1) as f64;
-    let bins = s.histogram.iter().enumerate().filter(|(_, n)| **n > 0);
-    bins.map(move |(i, count)| {
-        let value = s.min + (i as f64 + 0.5) * width;
-        let color = m.transfer_function.evaluate(value).0.as_dvec3();
-        let sigma_t = m.transfer_function.sigma_t(value) * m.density_scale;
-        (*count as f64, color, sigma_t)
-    })
 }

@@ -1,0 +1,9 @@
+// A slice as the viewer sees it: L += T sigma_t (e colour + sum p E T_light) ds, light taken from the current light
+// buffer [Kniss2003, Eq. 10 to 12];
+// the volume is read by loads of r32f texels, as suits software drivers.
+// Domain: pixels about the slice, 8 x 8 a workgroup. Dispatched by technique/half_angle/record.rs.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define TEXEL_FORMAT r32f
+#include "shared/medium_loaded.glsl"
+#include "half_angle/shade_slice.glsl"
