@@ -497,8 +497,8 @@ fn ambient_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
 
 fn sweep_constants() -> impl Iterator<Item = (Shader, Vec<Specialization>)> {
     let constants = |i| match i {
-        0..4 => half_angle::SHADE_CONSTANTS.to_vec(),
-        4..8 => half_angle::PROPAGATE_CONSTANTS.to_vec(),
+        0..4 => with_material(&half_angle::SHADE_CONSTANTS),
+        4..8 => with_material(&half_angle::PROPAGATE_CONSTANTS),
         _ => Vec::new(),
     };
     let layouts = half_angle::LAYOUTS.iter().enumerate();

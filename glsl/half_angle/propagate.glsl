@@ -14,6 +14,7 @@ layout(constant_id = 8) const bool TRANSPORT_TABLE = false;
 layout(constant_id = 9) const int QUADS = 1;
 layout(constant_id = 10) const uint ROWS = 1;
 
+#define MATERIAL 10
 #include "half_angle/sweep.glsl"
 
 const int MAX_QUADS = 4;
@@ -43,7 +44,7 @@ LightRay light_ray(ivec2 texel) {
 }
 
 // In [0, 1), by texel and slice: the gradient noise of [Jimenez2014], shifted from slice to slice.
-float noise(ivec2 texel) {
+float random_of(ivec2 texel) {
     vec2 place = vec2(texel) + 5.588238 * float(push.slice & 63u);
     return fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715))));
 }
@@ -52,7 +53,7 @@ float noise(ivec2 texel) {
 // has the variance of `variance` square texels along each axis, whatever the noise.
 vec3 spread(ivec2 texel, vec3 here, float variance) {
     ivec2 last = ivec2(sweep.light_u.w, sweep.light_v.w) - 1;
-    float turn = noise(texel);
+    float turn = random_of(texel);
     ivec2 offsets[MAX_QUADS];
     float squares = 0.0;
     for (int i = 0; i < QUADS; ++i) {

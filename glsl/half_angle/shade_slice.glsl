@@ -19,6 +19,7 @@ layout(constant_id = 13) const bool SURFACE = false;
 layout(constant_id = 14) const bool SHADE = false;
 layout(constant_id = 15) const uint ROWS = 1;
 
+#define MATERIAL 11
 #include "half_angle/sweep.glsl"
 #include "half_angle/light.glsl"
 #include "half_angle/surface.glsl"

@@ -5,7 +5,7 @@ const float INV_PI = 0.318309886;
 // length is relative to the data range a voxel.
 vec3 world_gradient(vec3 p) {
     mat3 world_from_difference = mat3(sweep.gradient[0].xyz, sweep.gradient[1].xyz, sweep.gradient[2].xyz);
-    return world_from_difference * value_differences(p * (last_voxel + 1.0) - 0.5, last_voxel);
+    return world_from_difference * differences_at(p * (last_voxel + 1.0) - 0.5);
 }
 
 // Reflected radiance of a surface over irradiance; on the side that faces the viewer.

@@ -5,6 +5,7 @@
 #include "shared/inside.glsl"
 #include "shared/lights.glsl"
 #include "shared/transmittance.glsl"
+#include "shared/material.glsl"
 
 layout(std140, set = 0, binding = 1) uniform Sweep {
     vec4 table;       // texture value of the first entry, entries a unit of it, entries; w: factor of the albedo
@@ -23,7 +24,6 @@ layout(std140, set = 0, binding = 1) uniform Sweep {
     vec4 gradient[3]; // world direction of a difference along x, y, z
 } sweep;
 
-layout(set = 0, binding = 5) uniform sampler3D finite_mask;
 layout(set = 0, binding = 6) uniform sampler3D albedo_volume;
 layout(set = 0, binding = 7, rgba32f) readonly uniform image1D transport;
 // Scattered light as a share of the light's irradiance (rgb) and optical depth to the light (a), where light
@@ -39,8 +39,6 @@ layout(push_constant) uniform Push {
 } push;
 
 // The blocks' values in registers: lavapipe reads a uniform anew at each use, lane by lane.
-vec4 table;
-vec3 last_voxel; // largest grid coordinates
 vec3 cells;      // a unit of texture coordinate
 vec4 axis;
 vec2 faces;
@@ -49,6 +47,7 @@ vec4 texture_rows[3];
 void load_block() {
     table = sweep.table;
     last_voxel = sweep.dims.xyz - 1.0;
+    load_material();
     cells = sweep.cell_scale.xyz;
     axis = sweep.axis;
     faces = push.faces;
@@ -85,11 +84,6 @@ ivec2 place_of(uint row) {
     return push.first + ivec2(8 * place + gl_LocalInvocationID.xy);
 }
 
-// 1 only where no voxel in the filter's reach is NaN or infinite.
-float finite_weight(vec3 q) {
-    return textureLod(finite_mask, (q + 0.5) / (last_voxel + 1.0), 0.0).r < 0.999 ? 0.0 : 1.0;
-}
-
 // The medium at a place.
 struct Sample {
     float sigma_t;
@@ -116,18 +110,19 @@ vec3 decay(vec3 albedo) {
 
 Sample sample_at(vec3 p) {
     vec3 q = p * (last_voxel + 1.0) - 0.5;
-    float entry = clamp((value_at(q, last_voxel) - table.x) * table.y, 0.0, table.z - 1.0);
-    vec4 material = table_at(entry, table.z);
+    float value = value_of(q);
+    vec4 material = material_of(value, q);
     Sample s;
     s.sigma_t = material.a;
     if (MASKED) s.sigma_t *= finite_weight(q);
     s.color = material.rgb;
     s.albedo = material.rgb;
-    if (ALBEDO_VOLUME) s.albedo = textureLod(albedo_volume, p, 0.0).rgb;
+    if (ALBEDO_VOLUME) s.albedo = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
     s.albedo *= table.w;
     s.dims_light = vec3(1.0);
     if (INDIRECT) {
         if (TRANSPORT_TABLE) {
+            float entry = entry_of(value);
             int lo = int(entry);
             int hi = min(lo + 1, int(table.z) - 1);
             s.dims_light = mix(imageLoad(transport, lo).rgb, imageLoad(transport, hi).rgb, entry - float(lo));

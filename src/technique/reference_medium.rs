@@ -89,7 +89,7 @@ impl<'a> ReferenceMedium<'a> {
         self.index_from_world.matrix3.transpose() * differences
     }
 
-    fn value(&self, q: DVec3) -> f64 {
+    pub(super) fn value(&self, q: DVec3) -> f64 {
         self.stored(self.looked_up(q))
     }
 

@@ -1,14 +1,14 @@
 //! What tests of the medium's material share: that every technique sees it as the equations do.
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses a part")]
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec4, Vec3};
 use tyndall::gpu::Device;
 use tyndall::scene::transfer_function::{Primitive, Quantity};
 use tyndall::scene::{
-    AmbientOcclusionParams, AmbientScatteringParams, Light, LightCache, Radius, RayMarchParams,
-    Scene, SingleScatterParams, TechniqueParams, TransferFunction,
+    AmbientOcclusionParams, AmbientScatteringParams, HalfAngleParams, Light, LightCache, Radius,
+    RayMarchParams, Scene, SingleScatterParams, TechniqueParams, TransferFunction,
 };
-use tyndall::technique::{ray_march, single_scatter};
+use tyndall::technique::{half_angle, ray_march, single_scatter};
 
 use crate::common::{params, render};
 
@@ -43,7 +43,7 @@ fn scattered() -> SingleScatterParams {
     }
 }
 
-/// The scene by all that march, at one step and without an early end.
+/// The scene by all that march, at one step, and by slices; without an early end.
 pub fn every_technique(s: &Scene) -> Vec<Scene> {
     [
         TechniqueParams::RayMarch(marched()),
@@ -59,6 +59,10 @@ pub fn every_technique(s: &Scene) -> Vec<Scene> {
             radius: Radius::Voxels(3.0),
             early_termination: 1.0,
             ..AmbientScatteringParams::default()
+        }),
+        TechniqueParams::HalfAngle(HalfAngleParams {
+            early_termination: 1.0,
+            ..HalfAngleParams::default()
         }),
     ]
     .map(|technique| Scene {
@@ -90,20 +94,29 @@ pub fn assert_all_see_the_equations(device: &Device, s: &Scene) {
     for s in every_technique(&s) {
         let image = render(device, &s);
         let name = s.technique.name();
-        let lit: Option<Vec<_>> = match s.technique {
+        let mut seen = &expected;
+        let sliced: Vec<DVec4>;
+        let lit: Option<Vec<_>> = match &s.technique {
             TechniqueParams::RayMarch(_) => Some(expected.clone()),
             TechniqueParams::SingleScatter(p) => Some(
                 pixels
                     .clone()
-                    .map(|i| single_scatter::reference::march(&s, &p, at(i)))
+                    .map(|i| single_scatter::reference::march(&s, p, at(i)))
                     .collect(),
             ),
+            TechniqueParams::HalfAngle(p) => {
+                // Its samples lie in its slices.
+                let plan = half_angle::plan(&s, p, &device.info().limits).unwrap();
+                sliced = half_angle::reference::image(&s, p, &plan);
+                seen = &sliced;
+                Some(sliced.clone())
+            }
             _ => None,
         };
         let mut brightest = 0.0_f64;
         let mut farthest = 0.0_f64;
         for (i, pixel) in image.pixels.iter().enumerate() {
-            let alpha = (f64::from(pixel[3]) - expected[i].w).abs();
+            let alpha = (f64::from(pixel[3]) - seen[i].w).abs();
             // The table is linear between its entries.
             assert!(
                 alpha < 3e-4,

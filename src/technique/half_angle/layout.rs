@@ -9,14 +9,14 @@ use super::sweep::{Slice, Sweep, is_point};
 use crate::gpu::{BindingKind, Format, StageLayout, shader};
 use crate::scene::{HalfAngleParams, Lighting, Scene, Shading};
 use crate::technique::lights::{self, LightUniform};
-use crate::technique::medium::{Medium, MediumPlan};
+use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::{gradient_rows, vec4};
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
 
 // By the device's filters, and by loads: they differ in how bindings 2 to 4, the medium, are read.
-const fn propagate_bindings(medium: BindingKind) -> [BindingKind; 10] {
-    [
+const fn propagate_bindings(medium: BindingKind) -> [BindingKind; 10 + MATERIAL.len()] {
+    with_material([
         UniformBuffer,
         UniformBuffer,
         medium,
@@ -27,11 +27,11 @@ const fn propagate_bindings(medium: BindingKind) -> [BindingKind; 10] {
         StorageImage,
         StorageImage,
         StorageImage,
-    ]
+    ])
 }
 
-const fn shade_bindings(medium: BindingKind) -> [BindingKind; 11] {
-    [
+const fn shade_bindings(medium: BindingKind) -> [BindingKind; 11 + MATERIAL.len()] {
+    with_material([
         UniformBuffer,
         UniformBuffer,
         medium,
@@ -43,7 +43,7 @@ const fn shade_bindings(medium: BindingKind) -> [BindingKind; 11] {
         StorageImage,
         StorageImage,
         StorageImage,
-    ]
+    ])
 }
 
 const SHADE_FILTERED: &[BindingKind] = &shade_bindings(SampledImage);

@@ -191,8 +191,8 @@ pub fn plan(
     let phase_rows = params.phase_table.as_ref().map_or(1, |t| t.len() as u32);
     Ok(HalfAnglePlan {
         rows,
-        shade_constants: Specialization::with_values(&SHADE_CONSTANTS, &shade),
-        propagate_constants: Specialization::with_values(&PROPAGATE_CONSTANTS, &propagate),
+        shade_constants: medium.with_constants(&SHADE_CONSTANTS, &shade),
+        propagate_constants: medium.with_constants(&PROPAGATE_CONSTANTS, &propagate),
         sweeps,
         lens: Lens::new(scene),
         unshadowed: params.lighting == Lighting::Surface,

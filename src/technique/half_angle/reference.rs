@@ -5,7 +5,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use glam::{DAffine3, DVec2, DVec3, DVec4, IVec2};
+use glam::{DVec2, DVec3, DVec4, IVec2};
 
 use super::frustum::{LightFrustum, Place};
 use super::layout::LONGEST_WAY;
@@ -14,6 +14,7 @@ use super::sweep::Sweep;
 use super::tables;
 use crate::scene::{Falloff, HalfAngleParams, Light, Lighting, Scene, TransportColor};
 use crate::technique::phase_hg;
+use crate::technique::reference_medium::ReferenceMedium;
 use crate::technique::reference_ray::{camera_ray, interval};
 
 /// Radiance (rgb) and `1 - transmittance` (w) of every pixel, row by row from the top.
@@ -40,7 +41,7 @@ struct World<'a> {
     scene: &'a Scene,
     params: &'a HalfAngleParams,
     plan: &'a HalfAnglePlan,
-    index_from_world: DAffine3,
+    medium: ReferenceMedium<'a>,
 }
 
 /// The medium at a place.
@@ -57,30 +58,26 @@ impl<'a> World<'a> {
             scene,
             params,
             plan,
-            index_from_world: scene.volume.grid.world_from_index.inverse(),
+            medium: ReferenceMedium::new(scene),
         }
     }
 
     fn sample(&self, x: DVec3) -> Sample {
-        let (medium, q) = (
-            &self.scene.medium,
-            self.index_from_world.transform_point3(x),
-        );
-        let value = self.scene.volume.sample_index(q);
-        let color = medium.transfer_function.evaluate(value).0.as_dvec3();
-        let colors = medium.albedo_volume.as_ref();
-        let albedo = medium.albedo * colors.map_or(color, |c| c.sample_index(q));
+        let medium = &self.scene.medium;
+        let q = self.medium.index(x);
+        let (color, sigma_t) = self.medium.material(q);
+        let albedo = medium.albedo * self.medium.albedo(q, color);
         let decay = match &self.params.transport_color {
             _ if self.params.lighting != Lighting::Indirect => DVec3::ONE,
             TransportColor::Auto => {
                 DVec3::from(albedo.to_array().map(|a| tables::decay(a, medium.phase_g)))
             }
-            TransportColor::Points(rows) => {
-                DVec3::from(tables::transport_color(rows, value).map(tables::decay_of))
-            }
+            TransportColor::Points(rows) => DVec3::from(
+                tables::transport_color(rows, self.medium.value(q)).map(tables::decay_of),
+            ),
         };
         Sample {
-            sigma_t: medium.transfer_function.sigma_t(value) * medium.density_scale,
+            sigma_t,
             color,
             albedo,
             decay,

@@ -114,7 +114,7 @@ impl HalfAngle {
                 Resource::Storage(transport.clone()),
             ];
             list.extend(last.iter().map(|&i| Resource::Storage(i.clone())));
-            list
+            medium.with_material(list)
         };
         let shade = kept.shade.map_or_else(
             || ComputePipeline::new(device, plan.shade(), &plan.shade_constants),
