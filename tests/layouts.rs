@@ -142,6 +142,8 @@ fn preintegration_jobs_have_the_offsets_of_their_rust_struct() {
     let push = vec![
         offset_of!(PreintegratePush, seed),
         offset_of!(PreintegratePush, job_count),
+        offset_of!(PreintegratePush, rounds),
+        offset_of!(PreintegratePush, resumed),
         offset_of!(PreintegratePush, log2_albedo),
     ];
     let job = vec![
@@ -164,6 +166,8 @@ fn preintegration_jobs_have_the_offsets_of_their_rust_struct() {
         );
         assert_eq!(elements(shader, 0), (job.clone(), size_of::<Job>()));
     }
+    let (_, stride) = elements(&preintegrate::LAYOUTS[0].shader, 3);
+    assert_eq!(stride, preintegrate::LANE_BYTES);
 }
 
 /// Offsets of the members of a storage buffer's elements, and their stride.

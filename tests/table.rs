@@ -232,7 +232,7 @@ fn refused(path: &Path, bytes: &[u8], expected: &str) {
 #[test]
 fn packed_tables_that_are_none_are_refused() {
     let path = Path::new("some.tynpack");
-    for bytes in [&b""[..], b"TYNPACK1", b"TYNPACK1garbage", b"TYNSUMS1"] {
+    for bytes in [&b""[..], b"TYNPACK2", b"TYNPACK2garbage", b"TYNPACK1"] {
         let error = Shipped::unpack(path, bytes).err().unwrap().to_string();
         assert!(error.contains("some.tynpack"), "{error}");
     }

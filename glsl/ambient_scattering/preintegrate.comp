@@ -1,5 +1,6 @@
 // The collided part of L_o, over what collides [Ament2013, Sec. 4.1]: every vertex of a path scores the
-// expected radiance of the boundary [Ament2013, Eq. 11] for all angles to the light at once.
+// expected radiance of the boundary [Ament2013, Eq. 11] for all angles to the light at once. Jobs that do
+// not end within a dispatch are kept, and go on in the next.
 // Domain: one workgroup a job, 64 paths side by side, then 256 angles over the same 64 invocations.
 // Dispatched by technique/ambient_scattering/table/record.rs.
 #version 460
@@ -13,8 +14,7 @@ const uint LANES = 64u;
 // Of so many paths one goes by each of two stretched strategies, which find the dark side, the others by the
 // plain one, which is best for the rest.
 const uint CYCLE = 6u;
-// lavapipe ends a shader after 65,535 loop rounds: LANES + MAX_STEPS of them a round.
-const uint MAX_ROUNDS = 640u;
+// At most, of a round.
 const uint MAX_STEPS = 24u;
 // Scores and paths below these shares of what is usual at their place play roulette.
 const float SCORE_SHARE = 1.0;
@@ -28,12 +28,24 @@ shared uint busy[2];
 // A path in the frame where it starts at (0, 0, 1) towards the centre.
 struct Path {
     vec3 x;
+    float survival;
     vec3 v;
     uint order;
     // How much likelier the two stretched strategies make it than the plain one.
     vec2 likelier;
-    float survival;
 };
+
+// Where an invocation is: its path, and paths begun and random numbers drawn so far.
+struct Lane {
+    Path path;
+    uint strategy;
+    uint alive;
+    uint begun;
+    uint draws;
+};
+
+// By job, invocation.
+layout(std430, set = 0, binding = 3) buffer Lanes { Lane lanes[]; };
 
 // Radiance that is usual at x, over that at the start.
 float usual(vec3 x, float decay) {
@@ -112,56 +124,72 @@ void add_scores(Job job, vec4 sin_theta, vec4 cos_theta, inout vec4 sums[MAX_ALB
     }
 }
 
+// Sums of a lane's angle j.
+uint place(uint index, uint k, uint lane, uint j) {
+    return (index * ALBEDOS + k) * 4u * LANES + 4u * lane + j;
+}
+
+// Steps until there is a score worth adding, at most MAX_STEPS.
+void follow(Job job, uint lane, inout Lane state) {
+    for (uint steps = 0u; steps < MAX_STEPS && (state.alive != 0u || state.begun < job.paths); ++steps) {
+        uvec4 counter = uvec4(job.key, job.batch * LANES + lane, state.draws++, seed);
+        if (state.alive == 0u) {
+            state.strategy = uint(max(int(state.begun++ % CYCLE) - int(CYCLE - 3u), 0));
+            state.path = start(job, state.strategy, uniform_numbers(counter).x);
+            counter.z = state.draws++;
+        }
+        vec4 u = uniform_numbers(counter), more = uniform_numbers(counter ^ uvec4(0u, 0u, 0x80000000u, 0u));
+        Path path = state.path;
+        path.order += 1u;
+        vec3 next_v = turn(path.v, sample_hg(u.x, job.g), u.y), scored_v;
+        float value = weight(path) * look(job, path.v, next_v, more.xyz, scored_v);
+        vec3 at = path.x + distance_out(path.x, scored_v) * scored_v;
+        value *= exp(-job.sigma_t * distance(at, path.x));
+        float share = value * exp2(float(path.order - 1u) * log2_albedo[0]) / (SCORE_SHARE * usual(at, job.decay));
+        uint order = path.order;
+        path.v = next_v;
+        state.alive = fly(job, path, state.strategy, u.zw) ? 1u : 0u;
+        state.path = path;
+        if (more.w < share) {
+            write_score(lane, order, at, scored_v, value / min(share, 1.0));
+            break;
+        }
+    }
+}
+
 void main() {
     uint lane = gl_LocalInvocationID.x, index = gl_WorkGroupID.x;
     if (index >= job_count) return;
+    if (resumed != 0u && unfinished[index] == 0u) return;
     Job job = jobs[index];
     vec4 theta = job.theta_first + job.theta_step * (4.0 * float(lane) + vec4(0.0, 1.0, 2.0, 3.0));
     vec4 sin_theta = sin(theta), cos_theta = cos(theta);
     vec4 sums[MAX_ALBEDOS];
     for (uint k = 0u; k < MAX_ALBEDOS; ++k) sums[k] = vec4(0.0);
-    Path path;
-    bool alive = false;
-    uint next = 0u, draws = 0u, strategy = 0u, rounds = 0u;
+    Lane state;
+    state.alive = state.begun = state.draws = state.strategy = 0u;
+    if (resumed != 0u) {
+        state = lanes[index * LANES + lane];
+        for (uint k = 0u; k < ALBEDOS; ++k)
+            for (uint j = 0u; j < 4u; ++j) sums[k][j] = means[place(index, k, lane, j)];
+    }
     if (lane < 2u) busy[lane] = 0u;
     barrier();
-    for (; rounds < MAX_ROUNDS; ++rounds) {
+    bool going_on = true;
+    for (uint round = 0u; going_on && round < rounds; ++round) {
         weights[lane] = 0.0;
-        for (uint steps = 0u; steps < MAX_STEPS && (alive || next < job.paths); ++steps) {
-            uvec4 counter = uvec4(job.key, job.batch * LANES + lane, draws++, seed);
-            if (!alive) {
-                strategy = uint(max(int(next++ % CYCLE) - int(CYCLE - 3u), 0));
-                path = start(job, strategy, uniform_numbers(counter).x);
-                alive = true;
-                counter.z = draws++;
-            }
-            vec4 u = uniform_numbers(counter), more = uniform_numbers(counter ^ uvec4(0u, 0u, 0x80000000u, 0u));
-            path.order += 1u;
-            vec3 next_v = turn(path.v, sample_hg(u.x, job.g), u.y), scored_v;
-            float value = weight(path) * look(job, path.v, next_v, more.xyz, scored_v);
-            vec3 at = path.x + distance_out(path.x, scored_v) * scored_v;
-            value *= exp(-job.sigma_t * distance(at, path.x));
-            float share = value * exp2(float(path.order - 1u) * log2_albedo[0]) / (SCORE_SHARE * usual(at, job.decay));
-            uint order = path.order;
-            path.v = next_v;
-            alive = fly(job, path, strategy, u.zw);
-            if (more.w < share) {
-                write_score(lane, order, at, scored_v, value / min(share, 1.0));
-                break;
-            }
-        }
-        uint flag = rounds & 1u;
-        if (alive || next < job.paths) atomicOr(busy[flag], 1u);
+        follow(job, lane, state);
+        uint flag = round & 1u;
+        if (state.alive != 0u || state.begun < job.paths) atomicOr(busy[flag], 1u);
         barrier();
         add_scores(job, sin_theta, cos_theta, sums);
-        bool going_on = busy[flag] != 0u;
+        going_on = busy[flag] != 0u;
         if (lane == 0u) busy[flag ^ 1u] = 0u;
         barrier();
-        if (!going_on) break;
     }
-    float norm = (1.0 - job.g * job.g) / (12.566370614 * float(LANES * job.paths));
+    float norm = going_on ? 1.0 : (1.0 - job.g * job.g) / (12.566370614 * float(LANES * job.paths));
     for (uint k = 0u; k < ALBEDOS; ++k)
-        for (uint j = 0u; j < 4u; ++j)
-            means[(index * ALBEDOS + k) * 4u * LANES + 4u * lane + j] = norm * sums[k][j];
-    if (lane == 0u) ends[index] = uvec2(rounds, rounds == MAX_ROUNDS ? 1u : 0u);
+        for (uint j = 0u; j < 4u; ++j) means[place(index, k, lane, j)] = norm * sums[k][j];
+    lanes[index * LANES + lane] = state;
+    if (lane == 0u) unfinished[index] = going_on ? 1u : 0u;
 }

@@ -20,11 +20,11 @@ void main() {
     if (index >= job_count) return;
     Job job = jobs[index];
     float albedo = exp2(log2_albedo[0]);
-    uint rounds = 0u, paths = 0u, j = 0u;
+    uint count = 0u, paths = 0u, j = 0u;
     vec3 x = vec3(0.0), v = vec3(0.0);
     bool alive = false;
     vec4 sums = vec4(0.0);
-    for (; rounds < MAX_COLLISIONS; ++rounds) {
+    for (; count < MAX_COLLISIONS; ++count) {
         if (!alive) {
             if (paths == 4u * job.paths) break;
             j = paths++ & 3u;
@@ -33,7 +33,7 @@ void main() {
             v = -x;
             alive = true;
         }
-        uvec4 counter = uvec4(job.key, job.batch * gl_WorkGroupSize.x + lane, rounds, seed);
+        uvec4 counter = uvec4(job.key, job.batch * gl_WorkGroupSize.x + lane, count, seed);
         vec4 u = uniform_numbers(counter);
         float length = distance_out(x, v);
         float t = -log(1.0 - u.x) / max(job.sigma_t, 1e-20);
@@ -49,6 +49,5 @@ void main() {
     }
     for (uint i = 0u; i < 4u; ++i)
         means[index * 4u * gl_WorkGroupSize.x + 4u * lane + i] = sums[i] / float(job.paths);
-    if (rounds == MAX_COLLISIONS) ends[index] = uvec2(rounds, 1u);
-    else if (lane == 0u) ends[index] = uvec2(rounds, 0u);
+    if (count == MAX_COLLISIONS) unfinished[index] = 1u;
 }

@@ -23,15 +23,18 @@ struct Job {
 };
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { Job jobs[]; };
-// By job, albedo, angle.
-layout(std430, set = 0, binding = 1) writeonly buffer Means { float means[]; };
-// A job: rounds used, and invocations that had not finished: anything but 0 is an error.
-layout(std430, set = 0, binding = 2) writeonly buffer Ends { uvec2 ends[]; };
+// By job, albedo, angle; sums until the job has ended.
+layout(std430, set = 0, binding = 1) buffer Means { float means[]; };
+// By job: 0 once all its paths have ended.
+layout(std430, set = 0, binding = 2) buffer Unfinished { uint unfinished[]; };
 
-// seed: of all random numbers. jobs: how many. log2_albedo: of the albedos, the largest first.
+// seed: of all random numbers. job_count: how many. rounds: of a dispatch, at most. resumed: 1 where the
+// jobs go on from where the dispatch before left them. log2_albedo: of the albedos, the largest first.
 layout(push_constant) uniform Push {
     uint seed;
     uint job_count;
+    uint rounds;
+    uint resumed;
     float log2_albedo[MAX_ALBEDOS];
 };
 

@@ -9,7 +9,7 @@ use super::super::CliError;
 use crate::output::atomic;
 use crate::technique::ambient_scattering::table::Sums;
 use crate::technique::ambient_scattering::table::equal_error::EqualError;
-use crate::technique::ambient_scattering::table::layout::LANES;
+use crate::technique::ambient_scattering::table::layout::{LANES, PATHS};
 use crate::technique::ambient_scattering::table::sums::{Figures, figures};
 
 /// How well tables are known, and what they took.
@@ -20,26 +20,35 @@ pub(super) struct Report {
 
 #[derive(Serialize)]
 struct Part {
-    name: String,
-    albedos: Vec<f64>,
     seed: u32,
     /// Wall seconds of the run that ended the build.
     seconds: f64,
     paths: u64,
-    /// Relative standard errors of the entries brighter than 1e-4, at the first albedo.
-    errors: Vec<Figures>,
+    /// By albedo.
+    errors: Vec<Errors>,
+}
+
+#[derive(Serialize)]
+struct Errors {
+    albedo: f64,
+    /// Relative standard errors of the entries brighter than 1e-4.
+    regions: Vec<Figures>,
 }
 
 impl Report {
-    pub(super) fn new(parts: Vec<(&str, &Sums, f64)>) -> Self {
-        let part = |(name, sums, seconds): (&str, &Sums, f64)| Part {
-            name: name.to_owned(),
-            albedos: sums.request.albedos.clone(),
+    /// Of sums and the seconds they took.
+    pub(super) fn new<'a>(parts: impl IntoIterator<Item = (&'a Sums, f64)>) -> Self {
+        let part = |(sums, seconds): (&Sums, f64)| Part {
             seed: sums.request.seed,
             seconds,
             paths: sums.batches.iter().map(|b| u64::from(*b)).sum::<u64>()
-                * u64::from(LANES * sums.request.paths()),
-            errors: figures(sums),
+                * u64::from(LANES * PATHS),
+            errors: (sums.request.albedos.iter().enumerate())
+                .map(|(k, albedo)| Errors {
+                    albedo: *albedo,
+                    regions: figures(sums, k),
+                })
+                .collect(),
         };
         Self {
             tables: parts.into_iter().map(part).collect(),
@@ -56,24 +65,28 @@ pub(super) fn text(report: &Report) -> String {
     let mut lines = Vec::new();
     for part in &report.tables {
         lines.push(format!(
-            "{}: {:.3e} paths in {:.0} s; relative standard errors of entries brighter than 1e-4, %",
-            part.name, part.paths as f64, part.seconds
+            "{:.3e} paths in {:.0} s; relative standard errors of entries brighter than 1e-4, %",
+            part.paths as f64, part.seconds
         ));
-        let title = ["region", "entries", "median", "99 %", "largest"];
-        let [region, entries, median, tail, largest] = title;
-        lines.push(format!(
-            "{region:<26}{entries:>9}{median:>9}{tail:>9}{largest:>9}"
-        ));
-        lines.extend(part.errors.iter().map(|f| {
-            let [median, tail, largest] =
-                [f.median, f.percentile_99, f.largest].map(|e| format!("{:.2}", 100.0 * e));
-            format!(
-                "{:<26}{:>9}{median:>9}{tail:>9}{largest:>9}",
-                f.region, f.entries
-            )
-        }));
+        for errors in &part.errors {
+            let title = format!("albedo {}", errors.albedo);
+            lines.push(format!(
+                "{title:<26}{:>9}{:>9}{:>9}{:>9}{:>9}",
+                "entries", "median", "95 %", "99 %", "largest"
+            ));
+            lines.extend(errors.regions.iter().map(region));
+        }
     }
     lines.join("\n")
+}
+
+fn region(f: &Figures) -> String {
+    let [median, tail, further, largest] = [f.median, f.percentile_95, f.percentile_99, f.largest]
+        .map(|e| format!("{:.2}", 100.0 * e));
+    format!(
+        "{:<26}{:>9}{median:>9}{tail:>9}{further:>9}{largest:>9}",
+        f.region, f.entries
+    )
 }
 
 pub(super) fn equal_error(found: &[EqualError]) -> String {

@@ -20,8 +20,8 @@ use crate::technique::ambient_scattering::table::{
 /// Build, check, plot and convert the preintegration table of `ambient_scattering`.
 ///
 /// The table holds the radiance out of a unit sphere that a front of light crosses, over the angle to the light,
-/// extinction and anisotropy. One at albedo 0.9, and what changes it to any other, come with the program: nobody
-/// needs to build one to render. What is built goes on where it was interrupted.
+/// extinction and anisotropy. Those that come with the program give any albedo: nobody needs to build one to
+/// render. What is built goes on where it was interrupted.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tyndall table --plot table.svg --check points.json     of the shipped table\n  \
@@ -56,8 +56,8 @@ pub(super) struct TableArgs {
     /// Run this and the paper's estimator beside each other: variance times time, by extinction, g and angle.
     #[arg(long)]
     equal_error: bool,
-    /// Build the tables that the program ships (for developers): the paper's grid at albedo 0.9 and, coarser, what
-    /// changes it to other albedos. Error figures go to FILE.json.
+    /// Build the tables that the program ships (for developers): the paper's grid at albedo 0.9 and, coarser,
+    /// seven other albedos. Error figures go to FILE.json.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "from"])]
     ship: Option<PathBuf>,
     /// Print results as JSON.
@@ -126,7 +126,7 @@ fn build_into(global: &Global, args: &TableArgs, folder: &Path) -> Result<Table,
     let (sums, seconds) = build_shown(global, &request, &state, "table")?;
     let table = Table::new(&sums, 0);
     format::write(folder, &table)?;
-    let report = figures::Report::new(vec![("table", &sums, seconds)]);
+    let report = figures::Report::new([(&sums, seconds)]);
     figures::write(&folder.join("errors.json"), &report)?;
     if args.json {
         print_json(&report)?;

@@ -75,8 +75,13 @@ fn run(stage: &Preintegrator, sums: &mut Sums, batches: &[(usize, u32)]) -> Resu
     let request = &sums.request;
     let angles = [request.grid.thetas.min, request.grid.thetas.step()];
     let job = |&(column, batch): &(usize, u32)| {
-        let key = [column as u32, batch, request.paths()];
-        Job::new(request.grid.column(column), request.albedos[0], angles, key)
+        let column_at = request.grid.column(column);
+        Job::new(
+            column_at,
+            request.albedos[0],
+            angles,
+            [column as u32, batch],
+        )
     };
     let jobs: Vec<_> = batches.iter().map(job).collect();
     stage.run(&jobs, |i, means| sums.add(batches[i].0, means, ANGLES))?;

@@ -15,7 +15,7 @@ pub struct Collided {
 }
 
 /// The least logarithm, 2^-64: what no path has found, or what cannot be told from what has not collided.
-pub(super) const FLOOR: f32 = -44.361_42;
+const FLOOR: f32 = -44.361_42;
 
 impl Collided {
     /// From values of `C` that `value(column, angle)` gives.

@@ -16,8 +16,6 @@ const SIGMAS: [f64; 5] = [0.5, 2.0, 5.0, 10.0, 20.0];
 const GS: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
 /// Batches of each, by both.
 const BATCHES: u32 = 64;
-/// Paths of a batch: an invocation's, and an angle's of the plain estimator.
-const PATHS: u32 = 36;
 
 /// Variance times time of both estimators over the entries of a column brighter than [`DARK`].
 #[derive(Clone, Debug, Serialize)]
@@ -92,7 +90,7 @@ fn moments(
     albedo: f64,
     batches: u32,
 ) -> Result<Moments, TableError> {
-    let job = |batch| Job::new(column, albedo, [0.0, angles().step()], [7, batch, PATHS]);
+    let job = |batch| Job::new(column, albedo, [0.0, angles().step()], [7, batch]);
     let jobs: Vec<_> = (0..batches).map(job).collect();
     let mut sums = vec![[0.0; 2]; ANGLES];
     let seconds = stage.run(&jobs, |_, means| {

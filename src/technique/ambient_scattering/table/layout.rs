@@ -13,6 +13,10 @@ pub const ANGLES: usize = 256;
 pub const MAX_ALBEDOS: usize = 8;
 /// Paths that a workgroup follows side by side.
 pub const LANES: u32 = 64;
+/// Paths of an invocation and batch, a multiple of 6, the cycle of strategies.
+pub const PATHS: u32 = 36;
+/// Bytes that an invocation keeps between dispatches; only the shader reads them.
+pub const LANE_BYTES: usize = 64;
 
 /// Names of the stages, everywhere.
 pub mod stage {
@@ -22,18 +26,24 @@ pub mod stage {
     pub const PREINTEGRATE_PLAIN: &str = "ambient_scattering.preintegrate_plain";
 }
 
-const fn layout(shader: shader::Shader) -> StageLayout {
+const fn layout(shader: shader::Shader, bindings: &'static [BindingKind]) -> StageLayout {
     StageLayout {
         shader,
-        bindings: &[StorageBuffer, StorageBuffer, StorageBuffer],
+        bindings,
         push_bytes: size_of::<PreintegratePush>() as u32,
     }
 }
 
 /// The interfaces of `preintegrate` and of the plain estimator beside it.
 pub const LAYOUTS: &[StageLayout] = &[
-    layout(shader::AMBIENT_SCATTERING_PREINTEGRATE),
-    layout(shader::AMBIENT_SCATTERING_PREINTEGRATE_PLAIN),
+    layout(
+        shader::AMBIENT_SCATTERING_PREINTEGRATE,
+        &[StorageBuffer, StorageBuffer, StorageBuffer, StorageBuffer],
+    ),
+    layout(
+        shader::AMBIENT_SCATTERING_PREINTEGRATE_PLAIN,
+        &[StorageBuffer, StorageBuffer, StorageBuffer],
+    ),
 ];
 
 /// Specialisation constants of `preintegrate` for so many albedos.
@@ -56,13 +66,15 @@ pub const fn constants(albedos: u32) -> [Specialization; 1] {
 pub struct PreintegratePush {
     pub seed: u32,
     pub job_count: u32,
+    pub rounds: u32,
+    pub resumed: u32,
     pub log2_albedo: [f32; MAX_ALBEDOS],
 }
 
 impl PreintegratePush {
     /// For at most [`MAX_ALBEDOS`] albedos, the largest first.
     #[must_use]
-    pub fn new(seed: u32, job_count: u32, albedos: &[f64]) -> Self {
+    pub fn new(seed: u32, job_count: u32, rounds: u32, albedos: &[f64]) -> Self {
         let mut log2_albedo = [0.0; MAX_ALBEDOS];
         for (to, albedo) in log2_albedo.iter_mut().zip(albedos) {
             // Its first power is 0 in 32 bits where the albedo is, its zeroth still 1.
@@ -71,6 +83,8 @@ impl PreintegratePush {
         Self {
             seed,
             job_count,
+            rounds,
+            resumed: 0,
             log2_albedo,
         }
     }
@@ -97,17 +111,17 @@ pub struct Job {
 }
 
 impl Job {
-    /// One batch of a column, its samples sent where a medium of `albedo` needs them. `angles` are the
-    /// first and the step, radians; `paths` is per invocation and a multiple of 6, the cycle of strategies.
+    /// One batch of [`PATHS`] paths of a column, sent where a medium of `albedo` needs them. `angles` are the
+    /// first and the step, radians.
     #[must_use]
     pub fn new(
         [sigma_t, g]: [f64; 2],
         albedo: f64,
         angles: [f64; 2],
-        [key, batch, paths]: [u32; 3],
+        [key, batch]: [u32; 2],
     ) -> Self {
-        // Where less is absorbed, light finds its way without being led.
-        let stretch = decay(albedo.min(0.97), g);
+        // Paths that are led further, or kept for longer, cost more than they bring: measured.
+        let stretch = decay(albedo.clamp(0.95, 0.99), g);
         Self {
             sigma_t: sigma_t as f32,
             g: g as f32,
@@ -118,7 +132,7 @@ impl Job {
             theta_first: angles[0] as f32,
             theta_step: angles[1] as f32,
             even: if g.abs() > 0.5 { 0.2 } else { 0.0 },
-            paths,
+            paths: PATHS,
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Tables packed into one small file: what the program ships.
 //!
-//! `TYNPACK1`, then one zlib stream of i16, little endian, low bytes before high ones: `log2(C / p)` of the
-//! paper's grid at [`MAIN_ALBEDO`], then for each of [`OTHER_ALBEDOS`] `log2` of `C` over that at
-//! `MAIN_ALBEDO`, on all angles and every [`COARSE`]-th extinction, in steps of 1/512, so rounded by at most
-//! 0.07 %; then `log2` of the relative standard errors, on every `COARSE`-th angle as well, of `MAIN_ALBEDO` and of the others, to a
+//! `TYNPACK2`, then one zlib stream of i16, little endian, low bytes before high ones: `log2(C / p)` of the
+//! paper's grid at [`MAIN_ALBEDO`], then for each of [`OTHER_ALBEDOS`] the same on all angles and every
+//! [`COARSE`]-th extinction, in steps of 1/512, so rounded by at most 0.07 %; then `log2` of the relative
+//! standard errors of `C`, on every `COARSE`-th angle as well, of `MAIN_ALBEDO` and of the others, to a
 //! quarter. All are differences along the angle.
 
 use std::io::{Read, Write};
@@ -24,7 +24,7 @@ pub const OTHER_ALBEDOS: [f64; 7] = [1.0, 0.98, 0.95, 0.8, 0.6, 0.3, 0.0];
 /// Every how many extinctions other albedos are kept, and every how many angles errors are.
 pub const COARSE: usize = 5;
 
-const MAGIC: &[u8; 8] = b"TYNPACK1";
+const MAGIC: &[u8; 8] = b"TYNPACK2";
 /// Steps of an octave.
 const STEPS: f64 = 512.0;
 
@@ -33,10 +33,19 @@ const STEPS: f64 = 512.0;
 pub struct Packed {
     /// The paper's grid at [`MAIN_ALBEDO`].
     pub main: Collided,
-    /// `C` at each of [`OTHER_ALBEDOS`] over that at `MAIN_ALBEDO`, on all angles of the coarser grid.
-    pub others: Vec<Vec<f32>>,
-    /// Relative standard errors of `L_o` on the coarser grid, of `MAIN_ALBEDO` and then of the others.
+    /// [`other_grid`] at each of [`OTHER_ALBEDOS`].
+    pub others: Vec<Collided>,
+    /// Relative standard errors of `C` on the coarser grid, of `MAIN_ALBEDO` and then of the others.
     pub errors: Vec<Vec<f32>>,
+}
+
+/// All angles, every [`COARSE`]-th extinction.
+#[must_use]
+pub fn other_grid() -> Grid {
+    Grid {
+        thetas: Grid::PAPER.thetas,
+        ..Grid::PAPER.coarser(COARSE)
+    }
 }
 
 /// Packs tables.
@@ -48,7 +57,7 @@ pub fn pack(packed: &Packed) -> std::io::Result<Vec<u8>> {
     let row = grid.coarser(COARSE).thetas.count;
     let mut levels = encode(&packed.main.log_ratio, grid.thetas.count, 1.0);
     for other in &packed.others {
-        levels.extend(encode(other, grid.thetas.count, 1.0));
+        levels.extend(encode(&other.log_ratio, grid.thetas.count, 1.0));
     }
     for errors in &packed.errors {
         levels.extend(encode(errors, row, STEPS / 4.0));
@@ -71,12 +80,12 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Packed, TableError> {
             path,
             "the magic word",
             "another",
-            "TYNPACK1",
+            "TYNPACK2",
         ));
     };
     let grid = Grid::PAPER;
     let coarse = grid.coarser(COARSE);
-    let other = coarse.columns() * grid.thetas.count;
+    let other = other_grid().len();
     let albedos = OTHER_ALBEDOS.len();
     let entries = grid.len() + albedos * other + (albedos + 1) * coarse.len();
     let mut planes = Vec::new();
@@ -99,16 +108,16 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Packed, TableError> {
     let levels: Vec<i16> = pairs.map(|(l, h)| i16::from_le_bytes([*l, *h])).collect();
     let (main, rest) = levels.split_at(grid.len());
     let (others, errors) = rest.split_at(albedos * other);
-    let lists = |levels: &[i16], size, row| -> Vec<_> {
-        levels.chunks(size).map(|l| decode(l, row)).collect()
+    let collided = |grid: Grid, levels: &[i16]| Collided {
+        grid,
+        log_ratio: decode(levels, grid.thetas.count),
     };
+    let others = others.chunks(other).map(|l| collided(other_grid(), l));
+    let errors = errors.chunks(coarse.len());
     Ok(Packed {
-        main: Collided {
-            grid,
-            log_ratio: decode(main, grid.thetas.count),
-        },
-        others: lists(others, other, grid.thetas.count),
-        errors: lists(errors, coarse.len(), coarse.thetas.count),
+        main: collided(grid, main),
+        others: others.collect(),
+        errors: errors.map(|l| decode(l, coarse.thetas.count)).collect(),
     })
 }
 

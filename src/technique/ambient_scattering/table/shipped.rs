@@ -3,23 +3,23 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use super::collided::{Collided, FLOOR, weights};
+use super::collided::{Collided, weights};
 use super::entries::Table;
 use super::grid::Grid;
-use super::optics::{colliding, thin_collided};
-use super::pack::{COARSE, MAIN_ALBEDO, OTHER_ALBEDOS, Packed, unpack};
+use super::optics::{colliding, thin_collided, unscattered};
+use super::pack::{COARSE, MAIN_ALBEDO, OTHER_ALBEDOS, Packed, other_grid, unpack};
 use super::slice::Slice;
 use super::{Request, Sums, TableError};
 
 const NAME: &str = "assets/tables/ambient_scattering.tynpack";
 const BYTES: &[u8] = include_bytes!("../../../../assets/tables/ambient_scattering.tynpack");
 
-/// The paper's table at albedo 0.9, and on a coarser grid what other albedos change.
+/// The paper's table at albedo 0.9, and others on a coarser grid.
 pub struct Shipped {
     main: Collided,
-    // Ascending in sqrt(1 - albedo); `main`'s albedo among them, as zeros.
-    others: Vec<(f64, Collided)>,
-    // Logarithms of relative standard errors: those of `main`, then of OTHER_ALBEDOS.
+    // Ascending in sqrt(1 - albedo); `None` is `main`.
+    tables: Vec<(f64, Option<Collided>)>,
+    // Logarithms of relative standard errors of C: those of `main`, then of OTHER_ALBEDOS.
     errors: Vec<Vec<f32>>,
 }
 
@@ -45,22 +45,20 @@ impl Shipped {
             others,
             errors,
         } = unpack(path, bytes)?;
-        let grid = other_grid();
-        let mut list = vec![(depth(MAIN_ALBEDO), vec![0.0; grid.len()])];
         let depths = OTHER_ALBEDOS.iter().map(|a| depth(*a));
-        list.extend(depths.zip(others));
-        list.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let collided = |(at, log_ratio)| (at, Collided { grid, log_ratio });
+        let mut tables: Vec<_> = depths.zip(others.into_iter().map(Some)).collect();
+        tables.push((depth(MAIN_ALBEDO), None));
+        tables.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(Self {
             main,
-            others: list.into_iter().map(collided).collect(),
+            tables,
             errors,
         })
     }
 
-    /// The relative standard error that the nearest nodes of angle, extinction, anisotropy and albedo have.
-    #[must_use]
-    pub fn relative_error(&self, theta: f64, sigma_t: f64, g: f64, albedo: f64) -> f64 {
+    /// The relative standard error of what has collided, of the nearest nodes of angle, extinction, anisotropy
+    /// and albedo.
+    fn relative_error(&self, theta: f64, sigma_t: f64, g: f64, albedo: f64) -> f64 {
         let grid = self.main.grid.coarser(COARSE);
         let column = grid.gs.nearest(g) * grid.sigmas.count + grid.sigmas.nearest(sigma_t);
         let at = column * grid.thetas.count + grid.thetas.nearest(theta);
@@ -75,19 +73,21 @@ impl Shipped {
     #[must_use]
     pub fn slice(&self, g: f64, albedo: f64) -> Slice {
         let (g, albedo) = (g.clamp(-0.99, 0.99), albedo.clamp(0.0, 1.0));
-        let mut log_ratio = self.main.at_g(g);
-        let depths: Vec<_> = self.others.iter().map(|o| o.0).collect();
-        let grid = other_grid();
-        let mut change = vec![0.0; grid.sigmas.count * grid.thetas.count];
+        let depths: Vec<_> = self.tables.iter().map(|o| o.0).collect();
+        let (grid, coarse) = (self.main.grid, other_grid());
+        let mut fine = vec![0.0; grid.sigmas.count * grid.thetas.count];
+        let mut rest = vec![0.0; coarse.sigmas.count * coarse.thetas.count];
         for (node, weight) in weights(&depths, depth(albedo)) {
-            let values = self.others[node].1.at_g(g);
-            change
-                .iter_mut()
+            let (to, values) = match &self.tables[node].1 {
+                Some(table) => (&mut rest, table.at_g(g)),
+                None => (&mut fine, self.main.at_g(g)),
+            };
+            to.iter_mut()
                 .zip(values)
                 .for_each(|(to, v)| *to += weight * v);
         }
-        add_finer(&mut log_ratio, grid.thetas.count, &change);
-        Slice::new(&self.main.grid, albedo, g, log_ratio)
+        add_finer(&mut fine, grid.thetas.count, &rest);
+        Slice::new(&grid, albedo, g, fine)
     }
 
     /// Radiance and its standard error, 1 / sr, of any entry; for many of one anisotropy and albedo take a
@@ -95,8 +95,9 @@ impl Shipped {
     #[must_use]
     pub fn entry(&self, theta: f64, sigma_t: f64, g: f64, albedo: f64) -> [f64; 2] {
         let radiance = self.slice(g, albedo).radiance(theta, sigma_t);
+        let collided = radiance - unscattered(theta, sigma_t, g);
         let error = self.relative_error(theta, sigma_t, g, albedo);
-        [radiance, error * radiance]
+        [radiance, error * collided]
     }
 
     /// The paper's table: albedo 0.9, 256 x 256 x 19.
@@ -126,95 +127,70 @@ fn depth(albedo: f64) -> f64 {
     (1.0 - albedo).sqrt()
 }
 
-/// All angles, every `COARSE`-th extinction.
-fn other_grid() -> Grid {
-    Grid {
-        thetas: Grid::PAPER.thetas,
-        ..Grid::PAPER.coarser(COARSE)
-    }
-}
-
-/// Adds values of every `COARSE`-th extinction, linear between them.
+/// Adds values of every `COARSE`-th extinction, cubic between them.
 fn add_finer(fine: &mut [f64], thetas: usize, coarse: &[f64]) {
+    let nodes: Vec<_> = (0..coarse.len() / thetas).map(|s| s as f64).collect();
     for (s, row) in fine.chunks_mut(thetas).enumerate() {
-        let (low, share) = (s / COARSE, (s % COARSE) as f64 / COARSE as f64);
-        let high = low + usize::from(share > 0.0);
-        for (t, value) in row.iter_mut().enumerate() {
-            let at = |s: usize| coarse[s * thetas + t];
-            *value += at(low) + share * (at(high) - at(low));
+        for (node, weight) in weights(&nodes, s as f64 / COARSE as f64) {
+            let values = &coarse[node * thetas..(node + 1) * thetas];
+            row.iter_mut()
+                .zip(values)
+                .for_each(|(to, v)| *to += weight * v);
         }
     }
 }
 
-/// What is shipped: sums of the paper's grid at [`MAIN_ALBEDO`], and those that [`other_albedos`] asks for.
+/// What is shipped: the sums that [`requests`] asks for, in order.
 #[must_use]
-pub fn packed(main: &Sums, others: &Sums) -> Packed {
-    let index = |a: f64| others.request.albedos.iter().position(|b| *b == a);
-    let reference = index(MAIN_ALBEDO).unwrap_or(0);
-    let change = |albedo: &f64| {
-        let k = index(*albedo).unwrap_or(0);
-        let log = |column, angle| {
-            let [value, beside] = [k, reference].map(|k| others.collided(column, k, angle)[0]);
-            let log = (value.max(1e-30) / beside.max(1e-30)).ln() as f32;
-            log.clamp(FLOOR, -FLOOR)
-        };
-        entries(others, 1, log)
-    };
-    let error = |albedo: &f64| {
-        let k = index(*albedo).unwrap_or(0);
-        entries(others, COARSE, |column, angle| {
-            log_error(others.radiance(column, k, angle))
+pub fn packed([main, others @ ..]: &[Sums; 4]) -> Packed {
+    let others = others
+        .iter()
+        .flat_map(|sums| (0..sums.request.albedos.len()).map(move |k| (sums, k)));
+    let collided = |(sums, k): (&Sums, usize)| {
+        Collided::new(sums.request.grid, |column, angle| {
+            sums.collided(column, k, angle)[0]
         })
     };
-    let (thetas, sigmas) = (
-        main.request.grid.thetas.count,
-        main.request.grid.sigmas.count,
-    );
-    let main_errors = (0..main.request.grid.columns())
-        .filter(|column| column % sigmas % COARSE == 0)
-        .flat_map(|column| {
-            (0..thetas)
-                .step_by(COARSE)
-                .map(move |angle| (column, angle))
-        })
-        .map(|(column, angle)| log_error(main.radiance(column, 0, angle)));
-    let mut errors = vec![main_errors.collect()];
-    errors.extend(OTHER_ALBEDOS.iter().map(error));
+    let mut errors = vec![log_errors(main, 0, COARSE)];
+    errors.extend(others.clone().map(|(sums, k)| log_errors(sums, k, 1)));
     Packed {
-        main: Collided::new(main.request.grid, |column, angle| {
-            main.collided(column, 0, angle)[0]
-        }),
-        others: OTHER_ALBEDOS.iter().map(change).collect(),
+        main: collided((main, 0)),
+        others: others.map(collided).collect(),
         errors,
     }
 }
 
-/// Logarithm of a relative standard error; where nothing is uncertain a small one.
-fn log_error([value, error]: [f64; 2]) -> f32 {
-    (error / value.max(1e-38)).clamp(1e-6, 1e6).ln() as f32
-}
-
-/// `value(column, angle)` at every column and every `step`-th angle.
-fn entries(sums: &Sums, step: usize, value: impl Fn(usize, usize) -> f32) -> Vec<f32> {
+/// Logarithms of the relative standard errors of `C`, of every `step`-th extinction and every `COARSE`-th
+/// angle; where nothing is uncertain a small one.
+fn log_errors(sums: &Sums, albedo: usize, step: usize) -> Vec<f32> {
     let grid = sums.request.grid;
-    let angles = || (0..grid.thetas.count).step_by(step);
-    let value = &value;
-    (0..grid.columns())
-        .flat_map(|column| angles().map(move |angle| value(column, angle)))
+    let columns =
+        (0..grid.columns()).filter(|column| (column % grid.sigmas.count).is_multiple_of(step));
+    let angles = || (0..grid.thetas.count).step_by(COARSE);
+    let entries = columns.flat_map(|column| angles().map(move |angle| (column, angle)));
+    entries
+        .map(|(column, angle)| {
+            let [value, error] = sums.collided(column, albedo, angle);
+            (error / value.max(1e-38)).clamp(1e-6, 1e6).ln() as f32
+        })
         .collect()
 }
 
-/// The request whose sums [`packed`] takes beside those of the paper's grid.
+/// The requests whose sums [`packed`] takes: the paper's grid, then albedos that paths of the same length tell
+/// most about.
 #[must_use]
-pub fn other_albedos() -> Request {
-    let mut albedos = OTHER_ALBEDOS.to_vec();
-    albedos.push(MAIN_ALBEDO);
-    albedos.sort_by(|a, b| b.total_cmp(a));
-    Request {
-        // Errors of one albedo beside another are smaller: both come from the same paths.
-        median_error: 0.05,
-        tail_error: 0.2,
-        batches: [8, 64],
-        ..Request::new(albedos, other_grid())
-    }
+pub fn requests() -> [Request; 4] {
+    let [a, b, c, d, e, f, g] = OTHER_ALBEDOS;
+    let request = |albedos, grid| Request {
+        median_error: 0.015,
+        tail_error: 0.04,
+        batches: [16, 4096],
+        ..Request::new(albedos, grid)
+    };
+    [
+        request(vec![MAIN_ALBEDO], Grid::PAPER),
+        request(vec![a, b, c], other_grid()),
+        request(vec![d, e], other_grid()),
+        request(vec![f, g], other_grid()),
+    ]
 }

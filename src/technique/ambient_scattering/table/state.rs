@@ -9,7 +9,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::TableError;
-use super::layout::LAYOUTS;
+use super::layout::{LAYOUTS, PATHS};
 use super::sums::{Request, Sums};
 use crate::output::atomic;
 
@@ -92,6 +92,6 @@ fn hash(request: &Request) -> [u8; 32] {
         seed,
         ..
     } = request;
-    hash.update(format!("{albedos:?} {grid:?} {seed} {}", request.paths()));
+    hash.update(format!("{albedos:?} {grid:?} {seed} {PATHS}"));
     hash.finalize().into()
 }

@@ -1,11 +1,13 @@
 //! What batches of paths add up to, and how well that is known.
 
 use super::grid::Grid;
-use super::layout::LANES;
+use super::layout::{LANES, PATHS};
 use super::optics::{colliding, thin_collided, unscattered};
 
 /// Radiance below which errors are not counted.
 pub const DARK: f64 = 1e-4;
+/// Albedo that 0 counts as where errors are: it scatters nothing, but others are interpolated from it.
+const FAINT: f64 = 0.1;
 
 /// What is to be built.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +18,7 @@ pub struct Request {
     pub grid: Grid,
     /// Of all random numbers.
     pub seed: u32,
-    /// Relative standard error that half of a column's entries brighter than [`DARK`] keep to.
+    /// Relative standard error that half of a column's entries brighter than [`DARK`] keep to, at each albedo.
     pub median_error: f64,
     /// And 98 of 100 of them.
     pub tail_error: f64,
@@ -25,12 +27,6 @@ pub struct Request {
 }
 
 impl Request {
-    /// Paths of an invocation and batch, a multiple of 6, the cycle of strategies: fewer where paths are long.
-    #[must_use]
-    pub fn paths(&self) -> u32 {
-        if self.albedos[0] > 0.93 { 6 } else { 36 }
-    }
-
     /// The paper's grid at one albedo, to the default errors.
     #[must_use]
     pub const fn new(albedos: Vec<f64>, grid: Grid) -> Self {
@@ -82,7 +78,7 @@ impl Sums {
     pub fn paths_of_a_column(&self) -> u32 {
         let batches: u64 = self.batches.iter().map(|b| u64::from(*b)).sum();
         let mean = batches / (self.batches.len() as u64).max(1);
-        mean as u32 * LANES * self.request.paths()
+        mean as u32 * LANES * PATHS
     }
 
     /// Adds a batch's means of one column: `stride` values an albedo.
@@ -118,37 +114,59 @@ impl Sums {
     /// `L_o` and its standard error, 1 / sr, of an entry.
     #[must_use]
     pub fn radiance(&self, column: usize, albedo: usize, angle: usize) -> [f64; 2] {
+        self.scattered_by(self.request.albedos[albedo], column, albedo, angle)
+    }
+
+    /// The same, were `C` of one albedo scattered by another.
+    fn scattered_by(
+        &self,
+        scattering: f64,
+        column: usize,
+        albedo: usize,
+        angle: usize,
+    ) -> [f64; 2] {
         let [sigma_t, g] = self.request.grid.column(column);
         let theta = self.request.grid.thetas.node(angle);
-        let scale = self.request.albedos[albedo] * colliding(sigma_t);
+        let scale = scattering * colliding(sigma_t);
         let [mean, error] = self.collided(column, albedo, angle);
         [unscattered(theta, sigma_t, g) + scale * mean, scale * error]
     }
 
+    /// The relative standard error of an entry brighter than [`DARK`].
+    fn relative_error(&self, column: usize, albedo: usize, angle: usize) -> Option<f64> {
+        let scattering = self.request.albedos[albedo].max(FAINT);
+        let [radiance, error] = self.scattered_by(scattering, column, albedo, angle);
+        (radiance > DARK).then_some(error / radiance)
+    }
+
     /// Relative standard errors of a column's entries brighter than [`DARK`], ascending.
     #[must_use]
-    pub fn errors(&self, column: usize) -> Vec<f64> {
-        let entries = (0..self.request.grid.thetas.count).map(|i| self.radiance(column, 0, i));
-        let bright = entries.filter(|[radiance, _]| *radiance > DARK);
-        let mut errors: Vec<_> = bright.map(|[radiance, error]| error / radiance).collect();
+    pub fn errors(&self, column: usize, albedo: usize) -> Vec<f64> {
+        let angles = 0..self.request.grid.thetas.count;
+        let errors = angles.filter_map(|i| self.relative_error(column, albedo, i));
+        let mut errors: Vec<_> = errors.collect();
         errors.sort_by(f64::total_cmp);
         errors
+    }
+
+    /// How many times as large as requested a column's errors are, at the worst albedo.
+    fn excess(&self, column: usize) -> f64 {
+        let request = &self.request;
+        let of = |albedo| {
+            let errors = self.errors(column, albedo);
+            let share = |share| quantile(&errors, share).unwrap_or(0.0);
+            (share(0.5) / request.median_error).max(share(0.98) / request.tail_error)
+        };
+        (0..request.albedos.len()).map(of).fold(0.0, f64::max)
     }
 
     /// Sets goals by the errors so far; returns whether any column needs more.
     pub fn plan(&mut self) -> bool {
         for column in 0..self.batches.len() {
-            let errors = self.errors(column);
-            let (Some(median), Some(tail)) = (quantile(&errors, 0.5), quantile(&errors, 0.98))
-            else {
-                continue;
-            };
-            let request = &self.request;
-            let worse = (median / request.median_error).max(tail / request.tail_error);
             let done = f64::from(self.batches[column]);
             // An error from few batches is uncertain: at most four times as many at once.
-            let needed = done * (worse * worse).clamp(1.0, 4.0);
-            self.goals[column] = (needed.ceil() as u32).min(request.batches[1]);
+            let needed = done * self.excess(column).powi(2).clamp(1.0, 4.0);
+            self.goals[column] = (needed.ceil() as u32).min(self.request.batches[1]);
         }
         self.batches.iter().zip(&self.goals).any(|(b, g)| b < g)
     }
@@ -163,6 +181,8 @@ pub struct Figures {
     pub entries: usize,
     /// Median of their relative standard errors.
     pub median: f64,
+    /// What 95 of 100 of them stay below.
+    pub percentile_95: f64,
     /// What 99 of 100 of them stay below.
     pub percentile_99: f64,
     /// The largest.
@@ -172,9 +192,9 @@ pub struct Figures {
 /// Whether a column's sigma_t and g and an angle's index belong to a region.
 type Within<'a> = &'a dyn Fn([f64; 2], usize) -> bool;
 
-/// Figures of the whole table and of its parts, at the first albedo.
+/// Figures of the whole table and of its parts, at one albedo; albedo 0 counts as 0.1.
 #[must_use]
-pub fn figures(sums: &Sums) -> Vec<Figures> {
+pub fn figures(sums: &Sums, albedo: usize) -> Vec<Figures> {
     let angle = |i: usize| sums.request.grid.thetas.node(i).to_degrees();
     let regions: [(&str, Within<'_>); 9] = [
         ("all", &|_, _| true),
@@ -190,18 +210,16 @@ pub fn figures(sums: &Sums) -> Vec<Figures> {
         ("|g| > 0.5", &|c, _| c[1].abs() > 0.55),
     ];
     regions
-        .map(|(name, within)| region(sums, name, within))
+        .map(|(name, within)| region(sums, albedo, name, within))
         .to_vec()
 }
 
-fn region(sums: &Sums, name: &str, within: Within<'_>) -> Figures {
+fn region(sums: &Sums, albedo: usize, name: &str, within: Within<'_>) -> Figures {
     let grid = sums.request.grid;
     let entries = (0..grid.columns()).flat_map(|c| (0..grid.thetas.count).map(move |i| (c, i)));
     let mut errors: Vec<f64> = entries
         .filter(|(c, i)| within(grid.column(*c), *i))
-        .map(|(c, i)| sums.radiance(c, 0, i))
-        .filter(|[radiance, _]| *radiance > DARK)
-        .map(|[radiance, error]| error / radiance)
+        .filter_map(|(c, i)| sums.relative_error(c, albedo, i))
         .collect();
     errors.sort_by(f64::total_cmp);
     let share = |share| quantile(&errors, share).unwrap_or(0.0);
@@ -209,6 +227,7 @@ fn region(sums: &Sums, name: &str, within: Within<'_>) -> Figures {
         region: name.to_owned(),
         entries: errors.len(),
         median: share(0.5),
+        percentile_95: share(0.95),
         percentile_99: share(0.99),
         largest: share(1.0),
     }
