@@ -372,9 +372,7 @@ fn bench_puts_a_papers_ratios_beside_its_own() {
         .collect();
     assert_eq!(whats, ["transfer_function", "phase", "light", "rendering"]);
     let rendering = &ambient["times"][3];
-    let printed = rendering["over_emission_absorption"]["paper"]
-        .as_f64()
-        .unwrap();
+    let printed = rendering["over_unlit"]["paper"].as_f64().unwrap();
     assert!((printed - 180.0 / 63.0).abs() < 1e-9, "{printed}");
     assert!(ambient["bytes"].as_u64().unwrap() > 0);
     assert!(
@@ -384,6 +382,52 @@ fn bench_puts_a_papers_ratios_beside_its_own() {
             .iter()
             .any(|s| s["goal"] == 1.5)
     );
+}
+
+#[test]
+fn bench_puts_slices_with_light_beside_those_without() {
+    let folder = TempDir::new().unwrap();
+    let args = [
+        "bench",
+        "--paper",
+        "kniss2003",
+        "--size",
+        "16x12",
+        "--frames",
+        "1",
+        "--repeat",
+        "1",
+        "--json",
+    ];
+    let report: Value = serde_json::from_str(&done(folder.path(), &args)).unwrap();
+    assert_eq!(report["unlit"], "slices_unlit");
+    let row = &report["rows"][0];
+    assert_eq!(row["dims"], serde_json::json!([256, 256, 512]));
+    assert_eq!(row["radius_voxels"], Value::Null);
+    let models = row["models"].as_array().unwrap();
+    let names: Vec<_> = models.iter().map(|m| &m["model"]).collect();
+    let expected = [
+        "slices_unlit",
+        "slices_surface",
+        "slices_direct",
+        "slices_indirect",
+        "slices_noise",
+    ];
+    assert_eq!(names, expected);
+    for model in models {
+        assert_eq!(model["technique"], "half_angle");
+        // Nothing is kept from frame to frame, so that no change has a time of its own.
+        let times = model["times"].as_array().unwrap();
+        assert_eq!(times.len(), 1, "{model}");
+        assert_eq!(times[0]["what"], "rendering");
+        assert_eq!(times[0]["paper_seconds"], Value::Null, "a share, no time");
+    }
+    let indirect = &models[3]["times"][0]["over_unlit"];
+    assert!(indirect["here"].as_f64().unwrap() > 0.0);
+    let paper = indirect["paper"].as_f64().unwrap();
+    assert!((2.0..=2.5).contains(&paper), "{paper}");
+    let mut summary = report["summary"].as_array().unwrap().iter();
+    assert!(summary.any(|s| s["model"] == "slices_indirect" && s["goal"] == 1.6));
 }
 
 #[test]

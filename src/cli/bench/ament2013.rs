@@ -4,8 +4,46 @@
 //! which model each sub-figure shows, and the columns list the sub-figures in order. Of several figures of
 //! one model the one with the largest radius and without highlights or added occlusion stands here.
 
-use super::paper::{Model, Printed, Row, Spot};
+use super::paper::{Aim, Column, Model, Printed, Row, Spot, Table};
+use super::stand_in;
 use crate::volume::procedural::Procedural;
+
+pub(super) const TABLE: Table = Table {
+    title: "[Ament2013, Table 1]",
+    rows: &ROWS,
+    models: stand_in::RAYS,
+    unlit: Model::EmissionAbsorption,
+    changes: &Column::CHANGES,
+    times: true,
+    aims: &AIMS,
+    note: "A change's time is that of caches, without the image.",
+};
+
+const AIMS: [Aim; 6] = {
+    const fn aim(model: Model, column: Column, over: Model, goal: Option<f64>) -> Aim {
+        Aim {
+            model,
+            column,
+            over,
+            goal,
+        }
+    }
+    use Column::{Light, Rendering, TransferFunction};
+    use Model::{AmbientOcclusion, AmbientScattering, EmissionAbsorption, SingleScattering};
+    [
+        aim(AmbientOcclusion, Rendering, EmissionAbsorption, None),
+        aim(SingleScattering, Rendering, EmissionAbsorption, None),
+        aim(AmbientScattering, Rendering, EmissionAbsorption, Some(1.5)),
+        aim(AmbientScattering, Rendering, SingleScattering, None),
+        aim(
+            AmbientScattering,
+            TransferFunction,
+            AmbientOcclusion,
+            Some(1.0),
+        ),
+        aim(AmbientScattering, Light, SingleScattering, Some(0.1)),
+    ]
+};
 
 /// The table's rows, in its order.
 pub(super) const ROWS: [Row; 7] = [
@@ -14,7 +52,7 @@ pub(super) const ROWS: [Row; 7] = [
         dims: [432, 432, 432],
         stand_in: Procedural::Supernova,
         lights: &[Spot::Centre],
-        radius: 14.0,
+        radius: Some(14.0),
         g: 0.6,
         remark: "figure 1b has gradient shading; the radius is not stated",
         printed: &[
@@ -28,7 +66,7 @@ pub(super) const ROWS: [Row; 7] = [
         dims: [202, 256, 259],
         stand_in: Procedural::SheppLogan,
         lights: &[Spot::UpperLeft],
-        radius: 14.0,
+        radius: Some(14.0),
         g: 0.0,
         remark: "where the light is, is not stated",
         printed: &[
@@ -42,7 +80,7 @@ pub(super) const ROWS: [Row; 7] = [
         dims: [256, 256, 276],
         stand_in: Procedural::SheppLogan,
         lights: &[Spot::Front, Spot::Behind],
-        radius: 14.0,
+        radius: Some(14.0),
         g: 0.8,
         remark: "figures 7a to 7e are one entry; the radius is not stated",
         printed: &[ambient_scattering("7a-e", [182.0, 11.0, 11.0], 38.0)],
@@ -52,7 +90,7 @@ pub(super) const ROWS: [Row; 7] = [
         dims: [256, 256, 276],
         stand_in: Procedural::MechanicalPart,
         lights: &[Spot::Behind],
-        radius: 14.0,
+        radius: Some(14.0),
         g: 0.8,
         remark: "",
         printed: &[
@@ -65,7 +103,7 @@ pub(super) const ROWS: [Row; 7] = [
         dims: [256, 256, 302],
         stand_in: Procedural::MechanicalPart,
         lights: &[Spot::Left],
-        radius: 14.0,
+        radius: Some(14.0),
         g: 0.8,
         remark: "",
         printed: &[
@@ -78,7 +116,7 @@ pub(super) const ROWS: [Row; 7] = [
         dims: [181, 91, 181],
         stand_in: Procedural::Cloud,
         lights: &[Spot::Front, Spot::UpperLeft],
-        radius: 10.0,
+        radius: Some(10.0),
         g: 0.5,
         remark: "where the two lights are, is not stated",
         printed: &[
@@ -91,7 +129,7 @@ pub(super) const ROWS: [Row; 7] = [
         dims: [538, 54, 261],
         stand_in: Procedural::MarschnerLobb,
         lights: &[Spot::UpperLeft],
-        radius: 14.0,
+        radius: Some(14.0),
         g: 0.5,
         remark: "figures 11b and 11c have highlights; where the light is, is not stated",
         printed: &[
@@ -150,7 +188,7 @@ const fn ambient_scattering(
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
-    use crate::cli::bench::paper::{Column, ratio};
+    use crate::cli::bench::paper::ratio;
 
     fn of(row: &Row, (model, column): (Model, Column), over: (Model, Column)) -> Option<f64> {
         ratio(row.seconds(model, column), row.seconds(over.0, over.1))

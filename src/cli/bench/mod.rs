@@ -2,6 +2,7 @@
 //! scene, or of all rows of a paper's table.
 
 mod ament2013;
+mod kniss2003;
 mod paper;
 mod report;
 mod reproduce;
@@ -29,13 +30,14 @@ const SCENE: [&str; 8] = [
 
 /// Measure each stage over a camera orbit, and what each kind of change costs.
 ///
-/// With --paper: the columns of a paper's table (changes of transfer function, phase and light, rendering) for
-/// each of its optical models in turns, as ratios beside the paper's own.
+/// With --paper: what a paper timed (ament2013: changes of transfer function, phase and light, rendering;
+/// kniss2003: rendering) for each of its optical models in turns, as ratios beside the paper's own.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tyndall bench assets/scenes/cloud.toml --frames 32\n  \
     tyndall bench --paper ament2013\n  \
-    tyndall bench --paper ament2013 --rows supernova,6 --repeat 3 --json")]
+    tyndall bench --paper ament2013 --rows supernova,6 --repeat 3 --json\n  \
+    tyndall bench --paper kniss2003 --frames 4 --repeat 1")]
 pub(super) struct BenchArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -72,6 +74,8 @@ pub(super) struct BenchArgs {
 enum Paper {
     /// Ament et al. 2013, Ambient Volume Scattering, Table 1.
     Ament2013,
+    /// Kniss et al. 2003, A Model for Volume Lighting and Modeling, Section IV and Figure 14.
+    Kniss2003,
 }
 
 pub(super) fn run(global: &Global, args: &BenchArgs) -> Result<(), CliError> {

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::scene::Scene;
 use crate::volume::procedural::Procedural;
 
 /// An optical model of a table.
@@ -12,6 +13,11 @@ pub(super) enum Model {
     AmbientOcclusion,
     SingleScattering,
     AmbientScattering,
+    SlicesUnlit,
+    SlicesSurface,
+    SlicesDirect,
+    SlicesIndirect,
+    SlicesNoise,
 }
 
 impl Model {
@@ -21,6 +27,11 @@ impl Model {
             Self::AmbientOcclusion => "ambient occlusion",
             Self::SingleScattering => "single scattering",
             Self::AmbientScattering => "ambient scattering",
+            Self::SlicesUnlit => "slices, unlit",
+            Self::SlicesSurface => "surface shading",
+            Self::SlicesDirect => "direct light",
+            Self::SlicesIndirect => "direct + indirect",
+            Self::SlicesNoise => "the same, with noise",
         }
     }
 }
@@ -103,7 +114,7 @@ pub(super) struct Printed {
     pub(super) figure: &'static str,
     /// Milliseconds of a change of transfer function, phase and light; none: it makes no delay.
     pub(super) changes_ms: [Option<f64>; 3],
-    /// Images a second.
+    /// Images a second; of those without light, where the paper gives shares alone.
     pub(super) fps: f64,
 }
 
@@ -114,8 +125,8 @@ pub(super) struct Row {
     pub(super) dims: [u32; 3],
     pub(super) stand_in: Procedural,
     pub(super) lights: &'static [Spot],
-    /// Radius of the neighbourhood that light is gathered from, voxels.
-    pub(super) radius: f64,
+    /// Radius of the neighbourhood that light is gathered from, voxels, for models that have one.
+    pub(super) radius: Option<f64>,
     /// Mean cosine of the phase function.
     pub(super) g: f64,
     /// What else the paper's figure shows, or what it does not say.
@@ -129,7 +140,7 @@ impl Row {
         self.printed.iter().find(|p| p.model == model)
     }
 
-    /// The paper's seconds.
+    /// The paper's seconds, or shares of a time.
     pub(super) fn seconds(&self, model: Model, column: Column) -> Option<f64> {
         let printed = self.printed(model)?;
         let [tf, phase, light] = printed.changes_ms;
@@ -158,29 +169,24 @@ pub(super) struct Aim {
     pub(super) goal: Option<f64>,
 }
 
-/// The ratios that sum up a run.
-pub(super) const AIMS: [Aim; 6] = {
-    const fn aim(model: Model, column: Column, over: Model, goal: Option<f64>) -> Aim {
-        Aim {
-            model,
-            column,
-            over,
-            goal,
-        }
-    }
-    use Column::{Light, Rendering, TransferFunction};
-    use Model::{AmbientOcclusion, AmbientScattering, EmissionAbsorption, SingleScattering};
-    [
-        aim(AmbientOcclusion, Rendering, EmissionAbsorption, None),
-        aim(SingleScattering, Rendering, EmissionAbsorption, None),
-        aim(AmbientScattering, Rendering, EmissionAbsorption, Some(1.5)),
-        aim(AmbientScattering, Rendering, SingleScattering, None),
-        aim(
-            AmbientScattering,
-            TransferFunction,
-            AmbientOcclusion,
-            Some(1.0),
-        ),
-        aim(AmbientScattering, Light, SingleScattering, Some(0.1)),
-    ]
-};
+/// Makes a row's scene one of a model.
+pub(super) type Setup = fn(&Row, &mut Scene);
+
+/// What a paper measured, and what is made of it here.
+#[derive(Debug)]
+pub(super) struct Table {
+    pub(super) title: &'static str,
+    pub(super) rows: &'static [Row],
+    /// The models that are measured, in the order of their turns.
+    pub(super) models: &'static [(Model, Setup)],
+    /// The model without light, whose frame is the measure of all times.
+    pub(super) unlit: Model,
+    /// The kinds of change that models keep caches for.
+    pub(super) changes: &'static [Column],
+    /// Whether the paper gives times rather than shares of them.
+    pub(super) times: bool,
+    /// The ratios that sum up a run.
+    pub(super) aims: &'static [Aim],
+    /// What else a reader must know.
+    pub(super) note: &'static str,
+}

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::paper::{AIMS, Aim, Column, Model, Row, Spot, ratio};
+use super::paper::{Aim, Column, Model, Row, Spot, Table, ratio};
 use super::turns::Measured;
 use crate::gpu::DeviceInfo;
 use crate::technique::Spread;
@@ -11,11 +11,13 @@ use crate::technique::Spread;
 #[derive(Serialize)]
 pub(super) struct Report {
     pub(super) paper: &'static str,
+    /// The model that times are given over.
+    pub(super) unlit: Model,
     pub(super) device: DeviceInfo,
     pub(super) image: [u32; 2],
     pub(super) frames: u32,
     pub(super) repeat: u32,
-    pub(super) note: &'static str,
+    pub(super) note: String,
     pub(super) rows: Vec<RowReport>,
     pub(super) summary: Vec<Summary>,
 }
@@ -27,7 +29,7 @@ pub(super) struct RowReport {
     pub(super) dims: [u32; 3],
     pub(super) stand_in: &'static str,
     pub(super) lights: &'static [Spot],
-    pub(super) radius_voxels: f64,
+    pub(super) radius_voxels: Option<f64>,
     pub(super) phase_g: f64,
     pub(super) remark: &'static str,
     pub(super) models: Vec<ModelReport>,
@@ -60,8 +62,8 @@ pub(super) struct Time {
     pub(super) device_seconds: Spread,
     /// The paper's, on its own device.
     pub(super) paper_seconds: Option<f64>,
-    /// Over a frame of emission-absorption.
-    pub(super) over_emission_absorption: Pair,
+    /// Over a frame without light.
+    pub(super) over_unlit: Pair,
     /// Over the same column of the model that tells most about it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) over_rival: Option<Rival>,
@@ -100,6 +102,7 @@ pub(super) struct Summary {
 
 /// Medians of one row beside the paper's times.
 struct Both<'a> {
+    table: &'a Table,
     row: &'a Row,
     measured: &'a [Measured],
 }
@@ -122,17 +125,17 @@ impl Both<'_> {
 
     fn time(&self, model: Model, column: Column) -> Option<Time> {
         let measured = self.measured.iter().find(|m| m.model == model)?;
-        let frame = (Model::EmissionAbsorption, Column::Rendering);
-        // Emission-absorption has no caches to compare with those of others.
+        let unlit = self.table.unlit;
+        // A model without light has no caches to compare with those of others.
         let rival = column.rival().filter(|rival| {
-            let compared = model != *rival && model != Model::EmissionAbsorption;
+            let compared = model != *rival && model != unlit;
             compared && self.here(*rival, column).is_some()
         });
         Some(Time {
             what: column,
             device_seconds: measured.seconds[column as usize]?,
-            paper_seconds: self.row.seconds(model, column),
-            over_emission_absorption: self.ratio((model, column), frame),
+            paper_seconds: self.row.seconds(model, column).filter(|_| self.table.times),
+            over_unlit: self.ratio((model, column), (unlit, Column::Rendering)),
             over_rival: rival.map(|rival| Rival {
                 model: rival,
                 ratio: self.ratio((model, column), (rival, column)),
@@ -142,8 +145,12 @@ impl Both<'_> {
 }
 
 /// Puts what a row's models cost beside the paper.
-pub(super) fn row(row: &Row, measured: &[Measured]) -> RowReport {
-    let both = Both { row, measured };
+pub(super) fn row(table: &Table, row: &Row, measured: &[Measured]) -> RowReport {
+    let both = Both {
+        table,
+        row,
+        measured,
+    };
     let model = |m: &Measured| {
         let bytes = |&(name, bytes): &(&'static str, u64)| Bytes { name, bytes };
         ModelReport {
@@ -171,12 +178,17 @@ pub(super) fn row(row: &Row, measured: &[Measured]) -> RowReport {
 }
 
 /// Medians over rows of the ratios that the project aims at; what was not measured is left out.
-pub(super) fn summary(rows: &[(&Row, Vec<Measured>)]) -> Vec<Summary> {
+pub(super) fn summary(table: &Table, rows: &[(&Row, Vec<Measured>)]) -> Vec<Summary> {
     let one = |aim: &Aim| {
         let pairs: Vec<_> = rows
             .iter()
             .map(|(row, measured)| {
-                Both { row, measured }.ratio((aim.model, aim.column), (aim.over, aim.column))
+                Both {
+                    table,
+                    row,
+                    measured,
+                }
+                .ratio((aim.model, aim.column), (aim.over, aim.column))
             })
             .filter(|pair| pair.here.is_some())
             .collect();
@@ -195,7 +207,7 @@ pub(super) fn summary(rows: &[(&Row, Vec<Measured>)]) -> Vec<Summary> {
             reached: aim.goal.map(|goal| here <= goal),
         })
     };
-    AIMS.iter().filter_map(one).collect()
+    table.aims.iter().filter_map(one).collect()
 }
 
 fn median(values: Vec<f64>) -> Option<f64> {
@@ -206,7 +218,7 @@ fn median(values: Vec<f64>) -> Option<f64> {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
-    use crate::cli::bench::ament2013::ROWS;
+    use crate::cli::bench::ament2013::{ROWS, TABLE};
 
     fn measured(model: Model, seconds: [Option<f64>; 4]) -> Measured {
         Measured {
@@ -232,12 +244,12 @@ mod tests {
 
     #[test]
     fn ratios_stand_beside_the_papers() {
-        let report = row(&ROWS[0], &times(6.0));
+        let report = row(&TABLE, &ROWS[0], &times(6.0));
         let times = &report.models[2].times;
         let [tf, phase, light, rendering] = &times[..] else {
             unreachable!("every column was measured");
         };
-        let frame = |t: &Time| t.over_emission_absorption;
+        let frame = |t: &Time| t.over_unlit;
         assert_eq!(frame(rendering).here, Some(3.0));
         assert!((frame(rendering).paper.unwrap() - 3.2).abs() < 1e-12);
         assert_eq!(frame(phase).here, Some(0.25));
@@ -258,7 +270,7 @@ mod tests {
         let rows: Vec<_> = [(0, 6.0), (1, 2.0), (5, 2.8)]
             .map(|(i, frame)| (&ROWS[i], times(frame)))
             .into();
-        let list = summary(&rows);
+        let list = summary(&TABLE, &rows);
         let find = |column, over| {
             let mut list = list.iter().filter(|s| s.model == Model::AmbientScattering);
             list.find(|s| s.what == column && s.over == over)
@@ -272,15 +284,15 @@ mod tests {
         let light = find(Column::Light, Model::SingleScattering).unwrap();
         assert_eq!((light.here, light.reached), (0.05, Some(true)));
         assert!(find(Column::TransferFunction, Model::AmbientOcclusion).is_none());
-        let slow = summary(&[(&ROWS[0], times(3.1))]);
+        let slow = summary(&TABLE, &[(&ROWS[0], times(3.1))]);
         assert!(slow.iter().any(|s| s.reached == Some(false)));
     }
 
     #[test]
     fn a_device_without_timestamps_gives_no_ratios() {
         let zero = measured(Model::EmissionAbsorption, [None, None, None, Some(0.0)]);
-        let report = row(&ROWS[0], &[zero]);
+        let report = row(&TABLE, &ROWS[0], &[zero]);
         let time = &report.models[0].times[0];
-        assert_eq!(time.over_emission_absorption.here, None);
+        assert_eq!(time.over_unlit.here, None);
     }
 }

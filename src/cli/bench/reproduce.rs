@@ -1,10 +1,10 @@
 //! `tyndall bench --paper`: a paper's table, its ratios beside those of this machine.
 
-use super::paper::Row;
+use super::paper::{Row, Table};
 use super::report::{self, Report};
 use super::stand_in;
 use super::turns::{self, Counts};
-use super::{BenchArgs, Paper, ament2013, text};
+use super::{BenchArgs, Paper, ament2013, kniss2003, text};
 use crate::cli::input::size;
 use crate::cli::progress::Progress;
 use crate::cli::{CliError, Global, print, print_json};
@@ -14,38 +14,34 @@ const SIZE: &str = "512x512";
 
 /// What a reader must know of the volumes.
 const NOTE: &str = "Data sets are stand-ins: formulas on grids of the sizes in the paper, with transfer \
-                    functions and views of their own.\nCompare ratios, not times. A change's time is that of \
-                    caches, without the image.";
+                    functions and views of their own.\nCompare ratios, not times.";
 
 impl Paper {
-    const fn title(self) -> &'static str {
+    const fn table(self) -> &'static Table {
         match self {
-            Self::Ament2013 => "[Ament2013, Table 1]",
-        }
-    }
-
-    const fn rows(self) -> &'static [Row] {
-        match self {
-            Self::Ament2013 => &ament2013::ROWS,
+            Self::Ament2013 => &ament2013::TABLE,
+            Self::Kniss2003 => &kniss2003::TABLE,
         }
     }
 }
 
 pub(super) fn run(global: &Global, args: &BenchArgs, paper: Paper) -> Result<(), CliError> {
     let image = size(args.size.as_deref().unwrap_or(SIZE))?;
-    let rows = chosen(paper.rows(), &args.rows)?;
+    let table = paper.table();
+    let rows = chosen(table.rows, &args.rows)?;
     let device = global.open_device()?;
     let counts = Counts {
         frames: args.frames,
         rounds: args.repeat,
     };
     let mut report = Report {
-        paper: paper.title(),
+        paper: table.title,
+        unlit: table.unlit,
         device: device.info().clone(),
         image: [0; 2],
         frames: args.frames,
         repeat: args.repeat,
-        note: NOTE,
+        note: format!("{NOTE} {}", table.note),
         rows: Vec::new(),
         summary: Vec::new(),
     };
@@ -55,12 +51,12 @@ pub(super) fn run(global: &Global, args: &BenchArgs, paper: Paper) -> Result<(),
         let phase = format!("{} ({n} of {})", row.name, rows.len());
         progress.update(&phase, 0, 1);
         let scene = stand_in::scene(row, &image)?;
-        let times = turns::measure(&device, (row, &scene), counts, &mut |done, total| {
+        let times = turns::measure(&device, (table, row, &scene), counts, &mut |done, total| {
             progress.update(&phase, done, total);
         })?;
         progress.finish();
         report.image = [scene.image.width, scene.image.height];
-        report.rows.push(report::row(row, &times));
+        report.rows.push(report::row(table, row, &times));
         measured.push((*row, times));
         if !args.json {
             // A row takes minutes without a GPU: show it once it is there.
@@ -73,7 +69,7 @@ pub(super) fn run(global: &Global, args: &BenchArgs, paper: Paper) -> Result<(),
                 .map_or(Ok(()), |r| print(&text::row(r)))?;
         }
     }
-    report.summary = report::summary(&measured);
+    report.summary = report::summary(table, &measured);
     if args.json {
         print_json(&report)
     } else {

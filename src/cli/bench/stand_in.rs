@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use glam::{UVec3, Vec3};
+use glam::{DVec3, UVec3, Vec3};
 
-use super::paper::{Model, Row, Spot};
+use super::paper::{Model, Row, Setup, Spot};
 use crate::scene::file::{Override, SceneError, SceneFile};
 use crate::scene::framing::{self, Direction, Wish};
 use crate::scene::{
-    AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, Falloff, Light, LightCache,
-    Projection, Radius, RayMarchParams, Scene, SingleScatterParams, TechniqueParams,
+    AmbientOcclusionParams, AmbientScatteringParams, Camera, Clip, Falloff, HalfAngleParams, Light,
+    LightCache, Lighting, Octave, Perturbation, Projection, Radius, RayMarchParams, Scene,
+    SingleScatterParams, TechniqueParams,
 };
 use crate::volume::Statistics;
 
@@ -19,17 +20,52 @@ const STEP: f64 = 1.0;
 /// Opacity at which a ray ends.
 const EARLY_TERMINATION: f64 = 0.98;
 
-/// Makes a row's scene one of a model.
-pub(super) type Setup = fn(&Row, &mut Scene);
-
-/// The models that are measured, in the order of their turns. A new one is a line here and a function below;
-/// what the paper says of it is in the table already.
-pub(super) const MODELS: &[(Model, Setup)] = &[
+/// Models of rays. A new one is a line here and a function below; what the paper says of it is in the table already.
+pub(super) const RAYS: &[(Model, Setup)] = &[
     (Model::EmissionAbsorption, emission_absorption),
     (Model::AmbientOcclusion, ambient_occlusion),
     (Model::SingleScattering, single_scattering),
     (Model::AmbientScattering, ambient_scattering),
 ];
+
+/// Models of slices, one a voxel; all alike but for their light.
+pub(super) const SLICES: &[(Model, Setup)] = &[
+    (Model::SlicesUnlit, |_, scene| slices(scene, Lighting::None)),
+    (Model::SlicesSurface, |_, scene| {
+        slices(scene, Lighting::Surface);
+    }),
+    (Model::SlicesDirect, |_, scene| {
+        slices(scene, Lighting::Direct);
+    }),
+    (Model::SlicesIndirect, |_, scene| {
+        slices(scene, Lighting::Indirect);
+    }),
+    (Model::SlicesNoise, slices_with_noise),
+];
+
+fn slices(scene: &mut Scene, lighting: Lighting) {
+    scene.technique = TechniqueParams::HalfAngle(HalfAngleParams {
+        lighting,
+        ..HalfAngleParams::default()
+    });
+}
+
+/// One octave, which moves a look by up to a hundredth of the volume's longest side.
+fn slices_with_noise(_: &Row, scene: &mut Scene) {
+    slices(scene, Lighting::Indirect);
+    scene.medium.perturbation = Some(Perturbation {
+        seed: 0,
+        octaves: vec![Octave {
+            frequency: 60.0,
+            displacement: 0.02,
+            opacity: 0.0,
+            color: Vec3::ZERO,
+            offset: DVec3::ZERO,
+            velocity: DVec3::ZERO,
+        }],
+        time: 0.0,
+    });
+}
 
 fn emission_absorption(_: &Row, scene: &mut Scene) {
     scene.technique = TechniqueParams::RayMarch(RayMarchParams {
@@ -47,7 +83,7 @@ fn ambient_occlusion(row: &Row, scene: &mut Scene) {
     }];
     scene.technique = TechniqueParams::AmbientOcclusion(AmbientOcclusionParams {
         step: STEP,
-        radius: Radius::Voxels(row.radius),
+        radius: radius(row),
         early_termination: EARLY_TERMINATION,
         ..AmbientOcclusionParams::default()
     });
@@ -66,10 +102,14 @@ fn single_scattering(_: &Row, scene: &mut Scene) {
 fn ambient_scattering(row: &Row, scene: &mut Scene) {
     scene.technique = TechniqueParams::AmbientScattering(AmbientScatteringParams {
         step: STEP,
-        radius: Radius::Voxels(row.radius),
+        radius: radius(row),
         early_termination: EARLY_TERMINATION,
         ..AmbientScatteringParams::default()
     });
+}
+
+fn radius(row: &Row) -> Radius {
+    row.radius.map_or_else(Radius::default, Radius::Voxels)
 }
 
 /// The scene of a row, its technique still open; `image` are keys of the image.

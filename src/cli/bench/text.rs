@@ -15,7 +15,7 @@ pub(super) fn head(report: &Report) -> String {
             "{} x {} pixels; frames of the orbit: {}; rounds, models in turns: {}; medians of device times",
             report.image[0], report.image[1], report.frames, report.repeat
         ),
-        report.note.to_owned(),
+        report.note.clone(),
     ]
     .join("\n")
 }
@@ -24,13 +24,14 @@ pub(super) fn head(report: &Report) -> String {
 pub(super) fn row(r: &RowReport) -> String {
     let [x, y, z] = r.dims;
     let lights: Vec<_> = r.lights.iter().map(|spot| spot.name()).collect();
+    let radius = r.radius_voxels;
+    let radius = radius.map_or_else(String::new, |r| format!("radius {r} voxels, "));
     let mut lines = vec![
         String::new(),
         format!(
-            "{}, {x} x {y} x {z}; stand-in: {}; radius {} voxels, g = {}, light {}",
+            "{}, {x} x {y} x {z}; stand-in: {}; {radius}g = {}, light {}",
             r.name,
             r.stand_in,
-            r.radius_voxels,
             r.phase_g,
             lights.join(" and ")
         ),
@@ -40,7 +41,7 @@ pub(super) fn row(r: &RowReport) -> String {
     }
     lines.push(format!(
         "{:<20} {:<6} {:<18} {:>10} {:>10} {:>8}   {:<18} {:>8} {:>8}",
-        "model", "figure", "time of", "ms", "/ EA frame", "paper", "beside", "ratio", "paper"
+        "model", "figure", "time of", "ms", "/ unlit", "paper", "beside", "ratio", "paper"
     ));
     for model in &r.models {
         lines.extend(model.times.iter().map(|t| time(model, t)));
@@ -50,7 +51,7 @@ pub(super) fn row(r: &RowReport) -> String {
 }
 
 fn time(model: &ModelReport, t: &Time) -> String {
-    let Pair { here, paper } = t.over_emission_absorption;
+    let Pair { here, paper } = t.over_unlit;
     let rival = t.over_rival.as_ref();
     let (name, over) = rival.map_or(("", String::new()), |r| {
         let ratios = format!("{:>8} {:>8}", number(r.ratio.here), number(r.ratio.paper));

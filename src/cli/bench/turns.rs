@@ -2,8 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::paper::{Column, Model, Row};
-use super::stand_in::MODELS;
+use super::paper::{Column, Model, Row, Table};
 use crate::cli::CliError;
 use crate::gpu::{Device, StageTime};
 use crate::scene::{Light, Scene};
@@ -46,24 +45,24 @@ struct Turn {
 /// The scene does not fit the device, or Vulkan failed.
 pub(super) fn measure(
     device: &Device,
-    (row, scene): (&Row, &Scene),
+    (table, row, scene): (&Table, &Row, &Scene),
     counts: Counts,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<Measured>, CliError> {
     let mut turns = Vec::new();
-    for (model, setup) in MODELS {
+    for (model, setup) in table.models {
         let mut scene = scene.clone();
         setup(row, &mut scene);
         turns.push(Turn::new(device, *model, scene)?);
     }
-    let total = u64::from(counts.rounds) * u64::from(3 + counts.frames);
+    let total = u64::from(counts.rounds) * (table.changes.len() as u64 + u64::from(counts.frames));
     let mut done = 0;
     let mut step = || {
         done += 1;
         progress(done, total);
     };
     for round in 0..counts.rounds {
-        for column in Column::CHANGES {
+        for &column in table.changes {
             for turn in &mut turns {
                 turn.change(column, round)?;
             }
