@@ -45,23 +45,26 @@ vec3 scattered(Stretch s, Sample m, vec2 lit) {
     Arriving arriving = arriving_at(x, far - near);
     vec2 way = vec2(way_in_slice(near, ray.p + lit.x * ray.dp, w_i), way_in_slice(far, ray.p + lit.y * ray.dp, w_i));
     way *= m.sigma_t;
-    way += vec2(-arriving.rise, arriving.rise);
     vec2 tau = s.tau + m.sigma_t * (lit - s.t.x);
     float dtau = m.sigma_t * dt;
-    float before = exp(-(tau.x + arriving.light.a + way.x));
-    float after = exp(-(tau.y + arriving.light.a + way.y));
-    float direct = dtau * mean_between(before, after, dtau + way.y - way.x);
+    float before = exp(-(tau.x + arriving.light.a + way.x - arriving.rise));
+    float after = exp(-(tau.y + arriving.light.a + way.y + arriving.rise));
+    float direct = dtau * mean_between(before, after, dtau + way.y - way.x + 2.0 * arriving.rise);
     float cos_theta = dot(w_i, ray.direction);
     vec3 gathered = direct * reflected(ray.p + 0.5 * (lit.x + lit.y) * ray.dp, w_i, ray.direction, m, phase(cos_theta));
     if (INDIRECT) {
         // Direct and scattered light together fade as scattered light does [Kniss2003, Eq. 12].
-        vec3 rise = dtau + m.dims_light * (way.y - way.x);
-        vec3 all_before = exp(-(tau.x + m.dims_light * way.x));
-        vec3 all_after = exp(-(tau.y + m.dims_light * way.y));
+        vec3 arrived = arriving.light.rgb + exp(-arriving.light.a);
+        // At no end more than the light brings.
+        vec3 most = max(-log(max(arrived, 1e-30)), 0.0);
+        vec3 lift = clamp(m.dims_light * arriving.rise, -most, most);
+        vec3 rise = dtau + m.dims_light * (way.y - way.x) + 2.0 * lift;
+        vec3 all_before = exp(-(tau.x + m.dims_light * way.x - lift));
+        vec3 all_after = exp(-(tau.y + m.dims_light * way.y + lift));
         vec3 all = vec3(mean_between(all_before.r, all_after.r, rise.r),
                         mean_between(all_before.g, all_after.g, rise.g),
                         mean_between(all_before.b, all_after.b, rise.b));
-        all *= dtau * (arriving.light.rgb + exp(-arriving.light.a));
+        all *= dtau * arrived;
         gathered += m.albedo * spread_phase(cos_theta) * max(all - direct, 0.0);
     }
     float falloff = 1.0;

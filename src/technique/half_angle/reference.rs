@@ -190,12 +190,11 @@ impl<'a> World<'a> {
         let (w_i, irradiance) = self.arriving(frustum, x, far - near);
         let centre = self.scene.volume.grid.centre();
         let (found, rise) = look(frustum, x - centre, far - near, light);
-        let way = [(near, -rise), (far, rise)]
-            .map(|(x, rise)| m.sigma_t * self.way(sweep, frustum, x, w_i, s.face) + rise);
+        let way = [near, far].map(|x| m.sigma_t * self.way(sweep, frustum, x, w_i, s.face));
         let tau = [start, end].map(|t| s.tau + m.sigma_t * (t - s.t.0));
         // Both exponents rise evenly: the mean of the exponential between.
-        let mean = |decay: f64| {
-            let [a, b] = [0, 1].map(|i| tau[i] + decay * way[i]);
+        let mean = |decay: f64, rise: f64| {
+            let [a, b] = [(0, -rise), (1, rise)].map(|(i, rise)| tau[i] + decay * way[i] + rise);
             if (b - a).abs() < 1e-9 {
                 (-a).exp()
             } else {
@@ -203,13 +202,18 @@ impl<'a> World<'a> {
             }
         };
         let dtau = m.sigma_t * (end - start);
-        let direct = dtau * (-found.w).exp() * mean(1.0);
+        let direct = dtau * (-found.w).exp() * mean(1.0, rise);
         let cos_theta = w_i.dot(d);
         let g = self.scene.medium.phase_g;
         let mut sum = direct * self.phase(cos_theta);
         if self.params.lighting == Lighting::Indirect {
-            let all = DVec3::from(m.decay.to_array().map(mean));
-            let all = dtau * all * (found.truncate() + (-found.w).exp());
+            let arrived = found.truncate() + (-found.w).exp();
+            let all = [0, 1, 2].map(|c| {
+                // At no end more than the light brings.
+                let most = (-arrived[c].ln()).max(0.0);
+                arrived[c] * mean(m.decay[c], (m.decay[c] * rise).clamp(-most, most))
+            });
+            let all = dtau * DVec3::from(all);
             sum += phase_hg(cos_theta, 0.5 * g) * (all - direct).max(DVec3::ZERO);
         }
         m.albedo * irradiance * sum
