@@ -159,6 +159,46 @@ fn both_estimators_agree() {
 }
 
 #[test]
+fn what_is_shipped_agrees_with_new_columns() {
+    let grid = Grid {
+        thetas: axis(6, 0.0, PI),
+        // All of them nodes of the coarser grid, too.
+        sigmas: axis(4, 0.0, 20.0),
+        gs: axis(3, -0.9, 0.9),
+    };
+    let request = Request {
+        seed: 9,
+        batches: [48, 48],
+        ..Request::new(vec![0.98, 0.3], grid)
+    };
+    let sums = built(&device(), &request);
+    let (mut chi_squared, mut count) = (0.0, 0.0);
+    for (column, k, angle) in (0..grid.columns())
+        .flat_map(|c| (0..12).map(move |i| (c, i / 6, i % 6)))
+        .filter(|(c, ..)| grid.column(*c)[0] > 0.0)
+    {
+        let ([sigma_t, g], theta) = (grid.column(column), grid.thetas.node(angle));
+        let [expected, error] = sums.radiance(column, k, angle);
+        let [found, found_error] = shipped()
+            .unwrap()
+            .entry(theta, sigma_t, g, request.albedos[k]);
+        // What few paths reach has errors that are not known well enough.
+        if expected > 1e-4 && error < 0.05 * expected {
+            let z = (found - expected) / error.hypot(found_error);
+            assert!(
+                z.abs() < 4.5,
+                "{theta} {sigma_t} {g}: {found:e}, {expected:e} +- {error:e}"
+            );
+            chi_squared += z * z;
+            count += 1.0;
+        }
+    }
+    // Angles share paths, so the sum spreads more than that of independent ones.
+    eprintln!("chi^2 {chi_squared} of {count}");
+    assert!(count > 60.0 && chi_squared < 2.0 * count);
+}
+
+#[test]
 fn jobs_that_outlast_a_dispatch_go_on_to_the_same_bits() {
     let device = device();
     // Paths without absorption wander for hundreds of collisions before they leave this sphere.

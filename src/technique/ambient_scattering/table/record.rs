@@ -10,7 +10,7 @@ use crate::gpu::{
     Access, Binding, Buffer, BufferUse, ComputePipeline, Device, GpuError, Recorder, Resource,
 };
 
-/// Jobs a submission, at most: fractions of a second on two cores.
+/// Jobs a submission, at most: tenths of a second to some seconds on two cores.
 pub const JOBS: usize = 256;
 /// lavapipe ends a shader after 65,535 loop rounds, of which each of ours has 88.
 const ROUNDS: u32 = 640;

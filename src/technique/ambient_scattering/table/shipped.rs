@@ -73,12 +73,17 @@ impl Shipped {
     #[must_use]
     pub fn slice(&self, g: f64, albedo: f64) -> Slice {
         let (g, albedo) = (g.clamp(-0.99, 0.99), albedo.clamp(0.0, 1.0));
-        let depths: Vec<_> = self.tables.iter().map(|o| o.0).collect();
+        // C has a slope in the albedo at 1, so none in its depth: the second table stands on the other side, too.
+        let mirrored = std::iter::once((-self.tables[1].0, &self.tables[1].1));
+        let tables: Vec<_> = mirrored
+            .chain(self.tables.iter().map(|t| (t.0, &t.1)))
+            .collect();
+        let depths: Vec<_> = tables.iter().map(|t| t.0).collect();
         let (grid, coarse) = (self.main.grid, other_grid());
         let mut fine = vec![0.0; grid.sigmas.count * grid.thetas.count];
         let mut rest = vec![0.0; coarse.sigmas.count * coarse.thetas.count];
         for (node, weight) in weights(&depths, depth(albedo)) {
-            let (to, values) = match &self.tables[node].1 {
+            let (to, values) = match tables[node].1 {
                 Some(table) => (&mut rest, table.at_g(g)),
                 None => (&mut fine, self.main.at_g(g)),
             };
