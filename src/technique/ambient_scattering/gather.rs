@@ -9,7 +9,7 @@ use crate::technique::{ResourceKind, ResourcePlan};
 
 /// Where there are more nodes a pixel, rays look themselves. One that sees anything looks twice at least, and nodes
 /// look cheaper: half of them see nothing, and what arrives at them needs no filter.
-const NODES_A_PIXEL: u64 = 2;
+const NODES_A_PIXEL: u64 = 4;
 
 /// Looks of nodes a submission, so that none runs long.
 const MAX_LOOKS: u64 = 1 << 25;
@@ -50,7 +50,7 @@ impl GatherPlan {
         };
         let fits = plan.extent().max_element() <= limits.max_image_3d;
         if count > NODES_A_PIXEL * pixels || !fits {
-            return Err("the image has fewer pixels than half the cache's nodes");
+            return Err("the image has fewer pixels than a quarter of the cache's nodes");
         }
         Ok(plan)
     }
@@ -62,7 +62,7 @@ impl GatherPlan {
         UVec3::new(n.x, n.y, n.z.saturating_mul(self.looks))
     }
 
-    /// Its memory, at most twice that of the image.
+    /// Its memory, at most four times that of the image.
     #[must_use]
     pub fn resource(&self) -> ResourcePlan {
         let extent = self.extent();
