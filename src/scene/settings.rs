@@ -262,7 +262,7 @@ pub enum Tube {
 )]
 #[serde(rename_all = "snake_case")]
 pub enum RadianceCache {
-    /// As `Half`, or as the mean extinction where the radius makes that coarser: nodes between know nothing more.
+    /// As `Half`, or a node every third of a radius where that is farther, but no farther than two mean free paths.
     #[default]
     Auto,
     /// A node every two voxels.
