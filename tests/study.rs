@@ -169,7 +169,7 @@ fn knobs_that_do_not_apply_or_are_set_by_hand_stay_as_they_are() {
         ["merge_opacity=1", "merge_opacity=0.015625"]
     );
     let all = subject(&[], &[], &[]).unwrap();
-    assert_eq!(all.variants.len(), 20 + 24 + 24 + 11 + 5);
+    assert_eq!(all.variants.len(), 20 + 24 + 24 + 11 + 14 + 5);
     let refused = subject(&[], &["ray_marsh"], &[]).unwrap_err().to_string();
     assert!(
         refused.contains("ray_marsh") && refused.contains("path_trace"),
