@@ -56,6 +56,12 @@ pub struct Specialization {
 }
 
 impl Specialization {
+    /// A constant without a value yet.
+    #[must_use]
+    pub const fn new(id: u32, name: &'static str) -> Self {
+        Self { id, name, value: 0 }
+    }
+
     /// The constants with these values, in the same order.
     #[must_use]
     pub fn with_values(constants: &[Self], values: &[u32]) -> Vec<Self> {

@@ -4,8 +4,13 @@ use glam::DVec3;
 
 use crate::scene::Scene;
 
+/// Mean free path in what is seen, world units; without bound where nothing is.
+pub(super) fn free_path(scene: &Scene) -> f64 {
+    1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE)
+}
+
 /// Extinction of what is seen, per world unit: the mean over voxels, each weighted by its opacity.
-pub(super) fn typical_extinction(scene: &Scene) -> f64 {
+fn typical_extinction(scene: &Scene) -> f64 {
     let voxel = scene.volume.grid.spacing().min_element();
     let (mut sum, mut weights) = (0.0, 0.0);
     for (count, _, sigma_t) in classes(scene) {

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::AmbientOcclusionPlan;
-use crate::gpu::{BindingKind, Format, StageLayout, shader};
+use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{AmbientOcclusionParams, Scene};
 use crate::technique::lights;
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
@@ -49,13 +49,7 @@ pub const LAYOUTS: &[StageLayout] = &[
 
 /// The march that suits a medium.
 pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
-    let index = match (medium.loaded, medium.encoding.format) {
-        (false, _) => 0,
-        (true, Format::R8_UNORM) => 1,
-        (true, Format::R16_UNORM) => 2,
-        (true, _) => 3,
-    };
-    LAYOUTS[index]
+    LAYOUTS[medium.form()]
 }
 
 /// Push constants of `ambient_occlusion.march`.

@@ -26,20 +26,16 @@ pub mod stage {
     pub const READ_BACK: &str = "ambient_occlusion.read_back";
 }
 
-const fn constant(id: u32, name: &'static str) -> Specialization {
-    Specialization { id, name, value: 0 }
-}
-
 /// Constants of `ambient_occlusion.march`, in the order of their ids.
 pub const CONSTANTS: [Specialization; 8] = [
-    constant(0, "SKIP_EMPTY"),
-    constant(1, "MASKED"),
-    constant(2, "CLIP_BOX"),
-    constant(3, "CLIP_PLANE"),
-    constant(4, "SPREAD"),
-    constant(5, "ENVIRONMENT"),
-    constant(6, "EMISSION"),
-    constant(7, "ALBEDO_VOLUME"),
+    Specialization::new(0, "SKIP_EMPTY"),
+    Specialization::new(1, "MASKED"),
+    Specialization::new(2, "CLIP_BOX"),
+    Specialization::new(3, "CLIP_PLANE"),
+    Specialization::new(4, "SPREAD"),
+    Specialization::new(5, "ENVIRONMENT"),
+    Specialization::new(6, "EMISSION"),
+    Specialization::new(7, "ALBEDO_VOLUME"),
 ];
 
 /// Pixels along the edge of a tile; 64 invocations march one.
@@ -115,12 +111,8 @@ pub fn plan(
         flag(scene.medium.emission > 0.0),
         flag(albedo.is_there),
     ];
-    let constants = CONSTANTS.into_iter().zip(values);
     Ok(AmbientOcclusionPlan {
-        constants: constants
-            .map(|(constant, value)| Specialization { value, ..constant })
-            .chain(medium.constants())
-            .collect(),
+        constants: medium.with_constants(&CONSTANTS, &values),
         occlusion,
         albedo,
         image: [image.width, image.height],

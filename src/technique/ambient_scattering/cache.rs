@@ -2,10 +2,10 @@
 
 use glam::{DVec3, UVec3};
 
-use super::choice;
 use crate::gpu::{Format, Limits};
 use crate::scene::{AmbientScatteringParams, RadianceCache, Scene, Tube};
 use crate::technique::nodes::{MIN_INTERVALS, Nodes};
+use crate::technique::seen::free_path;
 use crate::technique::{PlanError, ResourceKind, ResourcePlan};
 
 /// Tube steps a submission, so that none runs long.
@@ -60,7 +60,7 @@ impl CachePlan {
             return Ok(None);
         };
         let grid = scene.volume.grid.spacing();
-        let wide = (WIDEST * radius).min(WIDEST_FREE * choice::free_path(scene)) / grid;
+        let wide = (WIDEST * radius).min(WIDEST_FREE * free_path(scene)) / grid;
         let nodes = if params.cache == RadianceCache::Auto && wide.max_element() > voxels {
             Nodes::new(scene, wide.max(DVec3::splat(voxels)), MIN_INTERVALS_OF_WIDE)
         } else {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::scene::{Perturbation, Radius, Scene};
-use crate::technique::seen::{classes, typical_extinction};
+use crate::technique::seen::{classes, free_path};
 
 /// An automatic radius is at most this share of the cube root of the volume.
 const LARGEST_SHARE: f64 = 1.0 / 16.0;
@@ -44,12 +44,6 @@ pub fn occlusion_radius(scene: &Scene, wanted: Radius) -> f64 {
 
 fn limited(radius: f64, size: DVec3) -> f64 {
     radius.min(0.5 * size.max_element())
-}
-
-/// Mean free path in what is seen, world units; largest where nothing is.
-#[must_use]
-pub(super) fn free_path(scene: &Scene) -> f64 {
-    1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE)
 }
 
 /// Mean albedo of the medium, RGB, weighted by extinction: what light meets on its way.

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::lookup::{Scalars, per_octave};
 use super::{AmbientScatteringPlan, choice};
-use crate::gpu::{BindingKind, Format, StageLayout, shader};
+use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{AmbientScatteringParams, Scene};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
@@ -87,13 +87,7 @@ pub const LAYOUTS: &[StageLayout] = &[
 
 /// The march that suits a medium.
 pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
-    let index = match (medium.loaded, medium.encoding.format) {
-        (false, _) => 0,
-        (true, Format::R8_UNORM) => 1,
-        (true, Format::R16_UNORM) => 2,
-        (true, _) => 3,
-    };
-    LAYOUTS[index]
+    LAYOUTS[medium.form()]
 }
 
 /// Push constants of `ambient_scattering.radiance_cache`.

@@ -37,18 +37,14 @@ pub mod stage {
     pub const READ_BACK: &str = "ambient_scattering.read_back";
 }
 
-const fn constant(id: u32, name: &'static str) -> Specialization {
-    Specialization { id, name, value: 0 }
-}
-
 /// Constants of `ambient_scattering.radiance_cache`, in the order of their ids; the march has all but the last too.
 pub const CACHE_CONSTANTS: [Specialization; 6] = [
-    constant(0, "CLIP_BOX"),
-    constant(1, "CLIP_PLANE"),
-    constant(2, "POINT_LIGHTS"),
-    constant(3, "LINEAR_TUBE"),
-    constant(4, "SPREAD"),
-    constant(19, "NEAR_ONLY"),
+    Specialization::new(0, "CLIP_BOX"),
+    Specialization::new(1, "CLIP_PLANE"),
+    Specialization::new(2, "POINT_LIGHTS"),
+    Specialization::new(3, "LINEAR_TUBE"),
+    Specialization::new(4, "SPREAD"),
+    Specialization::new(19, "NEAR_ONLY"),
 ];
 
 /// Constants of `ambient_scattering.march`, in the order of their ids.
@@ -58,20 +54,20 @@ pub const MARCH_CONSTANTS: [Specialization; 19] = [
     CACHE_CONSTANTS[2],
     CACHE_CONSTANTS[3],
     CACHE_CONSTANTS[4],
-    constant(5, "SKIP_EMPTY"),
-    constant(6, "MASKED"),
-    constant(7, "LIGHT_COUNT"),
-    constant(8, "CACHED"),
-    constant(9, "ISOTROPIC"),
-    constant(10, "EMISSION"),
-    constant(11, "ALBEDO_VOLUME"),
-    constant(12, "LITERAL_GATHER"),
-    constant(13, "SPECULAR"),
-    constant(14, "ENVIRONMENT"),
-    constant(15, "INTERVAL"),
-    constant(16, "HAS_LIGHTS"),
-    constant(17, "APART"),
-    constant(18, "GATHERED"),
+    Specialization::new(5, "SKIP_EMPTY"),
+    Specialization::new(6, "MASKED"),
+    Specialization::new(7, "LIGHT_COUNT"),
+    Specialization::new(8, "CACHED"),
+    Specialization::new(9, "ISOTROPIC"),
+    Specialization::new(10, "EMISSION"),
+    Specialization::new(11, "ALBEDO_VOLUME"),
+    Specialization::new(12, "LITERAL_GATHER"),
+    Specialization::new(13, "SPECULAR"),
+    Specialization::new(14, "ENVIRONMENT"),
+    Specialization::new(15, "INTERVAL"),
+    Specialization::new(16, "HAS_LIGHTS"),
+    Specialization::new(17, "APART"),
+    Specialization::new(18, "GATHERED"),
 ];
 
 /// Constants of `ambient_scattering.gather`, in the order of their ids; the march has them too.

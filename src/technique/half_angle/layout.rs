@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::frustum::LightFrustum;
 use super::plan::HalfAnglePlan;
 use super::sweep::{Slice, Sweep, is_point};
-use crate::gpu::{BindingKind, Format, StageLayout, shader};
+use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{HalfAngleParams, Lighting, Scene, Shading};
 use crate::technique::lights::{self, LightUniform};
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
@@ -81,21 +81,12 @@ pub const LAYOUTS: &[StageLayout] = &[
 
 /// The shading that suits a medium.
 pub(super) fn shade_for(medium: &MediumPlan) -> StageLayout {
-    LAYOUTS[reading(medium)]
+    LAYOUTS[medium.form()]
 }
 
 /// The propagation that suits a medium.
 pub(super) fn propagate_for(medium: &MediumPlan) -> StageLayout {
-    LAYOUTS[4 + reading(medium)]
-}
-
-fn reading(medium: &MediumPlan) -> usize {
-    match (medium.loaded, medium.encoding.format) {
-        (false, _) => 0,
-        (true, Format::R8_UNORM) => 1,
-        (true, Format::R16_UNORM) => 2,
-        (true, _) => 3,
-    }
+    LAYOUTS[4 + medium.form()]
 }
 
 /// Push constants of `half_angle.shade_slice` and `half_angle.propagate`.

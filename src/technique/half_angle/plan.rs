@@ -9,9 +9,9 @@ use crate::gpu::{Format, Limits, Specialization, StageLayout};
 use crate::scene::{HalfAngleParams, Light, Lighting, Scene, SurfaceShading, TransportColor};
 use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::MediumPlan;
-use crate::technique::seen::typical_extinction;
 use crate::technique::{
-    Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, lights, target,
+    Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, lights, seen,
+    target,
 };
 
 /// Stage names of the technique.
@@ -44,23 +44,19 @@ pub mod stage {
     pub const READ_BACK: &str = "half_angle.read_back";
 }
 
-const fn constant(id: u32, name: &'static str) -> Specialization {
-    Specialization { id, name, value: 0 }
-}
-
 /// Constants of `half_angle.propagate`, in the order of their ids.
 pub const PROPAGATE_CONSTANTS: [Specialization; 11] = [
-    constant(0, "SKIP_EMPTY"),
-    constant(1, "MASKED"),
-    constant(2, "CLIP_BOX"),
-    constant(3, "CLIP_PLANE"),
-    constant(4, "POINT_LIGHTS"),
-    constant(5, "INDIRECT"),
-    constant(6, "ISOTROPIC"),
-    constant(7, "ALBEDO_VOLUME"),
-    constant(8, "TRANSPORT_TABLE"),
-    constant(9, "QUADS"),
-    constant(10, "ROWS"),
+    Specialization::new(0, "SKIP_EMPTY"),
+    Specialization::new(1, "MASKED"),
+    Specialization::new(2, "CLIP_BOX"),
+    Specialization::new(3, "CLIP_PLANE"),
+    Specialization::new(4, "POINT_LIGHTS"),
+    Specialization::new(5, "INDIRECT"),
+    Specialization::new(6, "ISOTROPIC"),
+    Specialization::new(7, "ALBEDO_VOLUME"),
+    Specialization::new(8, "TRANSPORT_TABLE"),
+    Specialization::new(9, "QUADS"),
+    Specialization::new(10, "ROWS"),
 ];
 
 /// Constants of `half_angle.shade_slice`, in the order of their ids.
@@ -74,13 +70,13 @@ pub const SHADE_CONSTANTS: [Specialization; 16] = [
     PROPAGATE_CONSTANTS[6],
     PROPAGATE_CONSTANTS[7],
     PROPAGATE_CONSTANTS[8],
-    constant(9, "LIT"),
-    constant(10, "EMISSION"),
-    constant(11, "PARTS"),
-    constant(12, "PHASE_TABLE"),
-    constant(13, "SURFACE"),
-    constant(14, "SHADE"),
-    constant(15, "ROWS"),
+    Specialization::new(9, "LIT"),
+    Specialization::new(10, "EMISSION"),
+    Specialization::new(11, "PARTS"),
+    Specialization::new(12, "PHASE_TABLE"),
+    Specialization::new(13, "SURFACE"),
+    Specialization::new(14, "SHADE"),
+    Specialization::new(15, "ROWS"),
 ];
 
 /// On software drivers, which load what all invocations share for each of them.
@@ -270,12 +266,12 @@ fn buffer(sweeps: &[Sweep], limits: &Limits) -> Result<UVec2, PlanError> {
     })
 }
 
-/// Mean free path of what is seen.
+/// Mean free path of what is seen, within the volume's size.
 fn free_path(scene: &Scene) -> f64 {
     let grid = &scene.volume.grid;
     let size = grid.spacing() * grid.dims.as_dvec3();
     let largest = LARGEST_FREE_PATH * size.element_product().cbrt();
-    (1.0 / typical_extinction(scene).max(f64::MIN_POSITIVE)).min(largest)
+    seen::free_path(scene).min(largest)
 }
 
 /// What the scene cannot show, and why.

@@ -18,13 +18,10 @@ pub const MATERIAL: [BindingKind; 3] = [
 
 /// Constants of the material, in the order of their ids; they follow a stage's own.
 pub const CONSTANTS: [Specialization; 3] = {
-    const fn constant(id: u32, name: &'static str) -> Specialization {
-        Specialization { id, name, value: 0 }
-    }
     [
-        constant(32, "GRADIENTS"),
-        constant(33, "DISPLACED"),
-        constant(34, "VARIED"),
+        Specialization::new(32, "GRADIENTS"),
+        Specialization::new(33, "DISPLACED"),
+        Specialization::new(34, "VARIED"),
     ]
 };
 

@@ -85,6 +85,18 @@ pub struct CellsPlan {
 }
 
 impl MediumPlan {
+    /// Which of four forms of a stage suits the medium: that which reads through the device's filter, or those by
+    /// loads of 8-bit, 16-bit and float texels.
+    #[must_use]
+    pub const fn form(&self) -> usize {
+        match (self.loaded, self.encoding.format) {
+            (false, _) => 0,
+            (true, Format::R8_UNORM) => 1,
+            (true, Format::R16_UNORM) => 2,
+            (true, _) => 3,
+        }
+    }
+
     /// Decides formats and sizes; `no_skipping` says why the technique does not skip empty space, if
     /// it does not.
     ///

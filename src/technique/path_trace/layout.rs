@@ -6,7 +6,7 @@ use glam::{DMat3, Vec3};
 
 use super::environment::{Environment, extents};
 use super::leaves;
-use crate::gpu::{BindingKind, Format, StageLayout, shader};
+use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::Scene;
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
@@ -53,13 +53,7 @@ pub const LAYOUTS: &[StageLayout] = &[
 
 /// The walk that suits a medium.
 pub(super) fn trace_for(medium: &MediumPlan) -> StageLayout {
-    let index = match (medium.loaded, medium.encoding.format) {
-        (false, _) => 0,
-        (true, Format::R8_UNORM) => 1,
-        (true, Format::R16_UNORM) => 2,
-        (true, _) => 3,
-    };
-    LAYOUTS[index]
+    LAYOUTS[medium.form()]
 }
 
 /// Push constants of `path_trace.trace`.

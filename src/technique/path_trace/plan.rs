@@ -33,22 +33,19 @@ pub mod stage {
 
 /// Constants of `path_trace.trace`, in the order of their ids.
 pub const CONSTANTS: [Specialization; 12] = {
-    const fn constant(id: u32, name: &'static str) -> Specialization {
-        Specialization { id, name, value: 0 }
-    }
     [
-        constant(0, "MASKED"),
-        constant(1, "CLIP_BOX"),
-        constant(2, "CLIP_PLANE"),
-        constant(3, "LIGHT_COUNT"),
-        constant(4, "POINT_LIGHTS"),
-        constant(5, "MAX_SCATTER"),
-        constant(6, "SPREAD"),
-        constant(7, "CELL"),
-        constant(8, "STRAIGHT"),
-        constant(9, "SOURCES"),
-        constant(10, "ENVIRONMENT_MAP"),
-        constant(11, "ALBEDO_VOLUME"),
+        Specialization::new(0, "MASKED"),
+        Specialization::new(1, "CLIP_BOX"),
+        Specialization::new(2, "CLIP_PLANE"),
+        Specialization::new(3, "LIGHT_COUNT"),
+        Specialization::new(4, "POINT_LIGHTS"),
+        Specialization::new(5, "MAX_SCATTER"),
+        Specialization::new(6, "SPREAD"),
+        Specialization::new(7, "CELL"),
+        Specialization::new(8, "STRAIGHT"),
+        Specialization::new(9, "SOURCES"),
+        Specialization::new(10, "ENVIRONMENT_MAP"),
+        Specialization::new(11, "ALBEDO_VOLUME"),
     ]
 };
 
@@ -150,12 +147,7 @@ pub fn plan(
     omit("environment map", map.is_none(), none);
     omit("albedo volume", !albedo.is_there, none);
     Ok(PathTracePlan {
-        specialization: CONSTANTS
-            .into_iter()
-            .zip(values)
-            .map(|(constant, value)| Specialization { value, ..constant })
-            .chain(medium.constants())
-            .collect(),
+        specialization: medium.with_constants(&CONSTANTS, &values),
         medium,
         image: [image.width, image.height],
         groups: tiles.div_ceil(spread) * spread,

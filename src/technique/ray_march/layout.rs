@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{BindingKind, Format, StageLayout, shader};
+use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{RayMarchParams, Scene};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
@@ -43,13 +43,7 @@ pub const LAYOUTS: &[StageLayout] = &[
 
 /// The march that suits a medium.
 pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
-    let index = match (medium.loaded, medium.encoding.format) {
-        (false, _) => 0,
-        (true, Format::R8_UNORM) => 1,
-        (true, Format::R16_UNORM) => 2,
-        (true, _) => 3,
-    };
-    LAYOUTS[index]
+    LAYOUTS[medium.form()]
 }
 
 /// Push constants of `ray_march.march`.

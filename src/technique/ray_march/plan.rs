@@ -24,20 +24,17 @@ pub mod stage {
 
 /// Constants of `ray_march.march`, in the order of their ids.
 pub const CONSTANTS: [Specialization; 10] = {
-    const fn constant(id: u32, name: &'static str) -> Specialization {
-        Specialization { id, name, value: 0 }
-    }
     [
-        constant(0, "SKIP_EMPTY"),
-        constant(1, "SHADE"),
-        constant(2, "SPECULAR"),
-        constant(3, "MASKED"),
-        constant(4, "CLIP_BOX"),
-        constant(5, "CLIP_PLANE"),
-        constant(6, "LIGHT_COUNT"),
-        constant(7, "POINT_LIGHTS"),
-        constant(8, "SPREAD"),
-        constant(9, "BLOCK"),
+        Specialization::new(0, "SKIP_EMPTY"),
+        Specialization::new(1, "SHADE"),
+        Specialization::new(2, "SPECULAR"),
+        Specialization::new(3, "MASKED"),
+        Specialization::new(4, "CLIP_BOX"),
+        Specialization::new(5, "CLIP_PLANE"),
+        Specialization::new(6, "LIGHT_COUNT"),
+        Specialization::new(7, "POINT_LIGHTS"),
+        Specialization::new(8, "SPREAD"),
+        Specialization::new(9, "BLOCK"),
     ]
 };
 
@@ -156,12 +153,7 @@ impl RayMarchPlan {
             limits.worker_threads,
             block(shade),
         ];
-        self.specialization = CONSTANTS
-            .into_iter()
-            .zip(values)
-            .map(|(constant, value)| Specialization { value, ..constant })
-            .chain(self.medium.constants())
-            .collect();
+        self.specialization = self.medium.with_constants(&CONSTANTS, &values);
         let mut omit = |what, left_out: bool, why: &str| {
             if left_out {
                 self.omitted.push(Omission {

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::SingleScatterPlan;
-use crate::gpu::{BindingKind, Format, StageLayout, shader};
+use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{Scene, SingleScatterParams};
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
@@ -76,21 +76,12 @@ pub const LAYOUTS: &[StageLayout] = &[
 
 /// The light cache that suits a medium.
 pub(super) fn light_cache_for(medium: &MediumPlan) -> StageLayout {
-    LAYOUTS[reading(medium)]
+    LAYOUTS[medium.form()]
 }
 
 /// The march that suits a medium.
 pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
-    LAYOUTS[4 + reading(medium)]
-}
-
-fn reading(medium: &MediumPlan) -> usize {
-    match (medium.loaded, medium.encoding.format) {
-        (false, _) => 0,
-        (true, Format::R8_UNORM) => 1,
-        (true, Format::R16_UNORM) => 2,
-        (true, _) => 3,
-    }
+    LAYOUTS[4 + medium.form()]
 }
 
 /// Push constants of `single_scatter.light_cache`.

@@ -34,18 +34,14 @@ pub mod stage {
     pub const READ_BACK: &str = "single_scatter.read_back";
 }
 
-const fn constant(id: u32, name: &'static str) -> Specialization {
-    Specialization { id, name, value: 0 }
-}
-
 /// Constants of `single_scatter.light_cache`, in the order of their ids; the march has them too.
 pub const CACHE_CONSTANTS: [Specialization; 6] = [
-    constant(0, "SKIP_EMPTY"),
-    constant(1, "MASKED"),
-    constant(2, "CLIP_BOX"),
-    constant(3, "CLIP_PLANE"),
-    constant(4, "POINT_LIGHTS"),
-    constant(5, "SPREAD"),
+    Specialization::new(0, "SKIP_EMPTY"),
+    Specialization::new(1, "MASKED"),
+    Specialization::new(2, "CLIP_BOX"),
+    Specialization::new(3, "CLIP_PLANE"),
+    Specialization::new(4, "POINT_LIGHTS"),
+    Specialization::new(5, "SPREAD"),
 ];
 
 /// Constants of `single_scatter.march`, in the order of their ids.
@@ -56,11 +52,11 @@ pub const MARCH_CONSTANTS: [Specialization; 11] = [
     CACHE_CONSTANTS[3],
     CACHE_CONSTANTS[4],
     CACHE_CONSTANTS[5],
-    constant(6, "LIGHT_COUNT"),
-    constant(7, "CACHED"),
-    constant(8, "ISOTROPIC"),
-    constant(9, "EMISSION"),
-    constant(10, "ALBEDO_VOLUME"),
+    Specialization::new(6, "LIGHT_COUNT"),
+    Specialization::new(7, "CACHED"),
+    Specialization::new(8, "ISOTROPIC"),
+    Specialization::new(9, "EMISSION"),
+    Specialization::new(10, "ALBEDO_VOLUME"),
 ];
 
 /// Pixels along the edge of a tile; 64 invocations march one.

@@ -3,9 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::SummedAreaPlan;
-use crate::gpu::{BindingKind, Format, StageLayout, shader};
+use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::Scene;
-use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
+use crate::technique::medium::{MATERIAL, Medium, with_material};
 use crate::technique::view::grid_rows;
 
 use BindingKind::{SampledImage, StorageImage, UniformBuffer};
@@ -81,16 +81,6 @@ pub const LAYOUTS: &[StageLayout] = &[
     AMBIENT_EXTINCTION,
     OCCLUSION,
 ];
-
-/// Which of the extinction stages suits a medium.
-pub(super) fn reading(medium: &MediumPlan) -> usize {
-    match (medium.loaded, medium.encoding.format) {
-        (false, _) => 0,
-        (true, Format::R8_UNORM) => 1,
-        (true, Format::R16_UNORM) => 2,
-        (true, _) => 3,
-    }
-}
 
 /// Push constants of `summed_area.extinction`.
 #[repr(C)]

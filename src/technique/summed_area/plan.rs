@@ -30,19 +30,15 @@ pub mod stage {
     pub const OCCLUSION: &str = "summed_area.occlusion";
 }
 
-const fn constant(id: u32, name: &'static str) -> Specialization {
-    Specialization { id, name, value: 0 }
-}
-
 /// Constants of `summed_area.extinction`, in the order of their ids.
 pub const CONSTANTS: [Specialization; 7] = [
-    constant(0, "SKIP_EMPTY"),
-    constant(1, "MASKED"),
-    constant(2, "CLIP_BOX"),
-    constant(3, "CLIP_PLANE"),
-    constant(4, "MEDIUM_CELL"),
-    constant(5, "SPLIT"),
-    constant(6, "SQUARES"),
+    Specialization::new(0, "SKIP_EMPTY"),
+    Specialization::new(1, "MASKED"),
+    Specialization::new(2, "CLIP_BOX"),
+    Specialization::new(3, "CLIP_PLANE"),
+    Specialization::new(4, "MEDIUM_CELL"),
+    Specialization::new(5, "SPLIT"),
+    Specialization::new(6, "SQUARES"),
 ];
 
 /// Cells along a radius, at least, where voxels are not coarser: a box is then sharp enough (the README has
@@ -136,7 +132,6 @@ impl SummedAreaPlan {
             u32::from(split.max_element() > 1),
             u32::from(squares),
         ];
-        let constants = CONSTANTS.iter().zip(values);
         let plan = Self {
             cell,
             split,
@@ -150,12 +145,9 @@ impl SummedAreaPlan {
             largest: largest as u32,
             squares,
             slices_per_submission: u32::try_from(slices).unwrap_or(1),
-            constants: constants
-                .map(|(&c, value)| Specialization { value, ..c })
-                .chain(medium.constants())
-                .collect(),
+            constants: medium.with_constants(&CONSTANTS, &values),
             scan: ScanForm::new(limits),
-            reading: layout::reading(medium),
+            reading: medium.form(),
         };
         if plan.cells.max_element() > limits.max_image_3d {
             return Err(PlanError::Limit {
