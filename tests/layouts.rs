@@ -7,15 +7,14 @@ use spirq::prelude::*;
 use spirq::ty::DescriptorType;
 use tyndall::gpu::shader::{self, Shader};
 use tyndall::gpu::{BindingKind, Specialization, StageLayout};
-use tyndall::technique::ambient_occlusion::{self, OccludedMarchPush, OccludedUniform};
+use tyndall::technique::TilePush;
+use tyndall::technique::ambient_occlusion::{self, OccludedUniform};
 use tyndall::technique::ambient_scattering::table::layout as preintegrate;
-use tyndall::technique::ambient_scattering::{
-    self, AmbientMarchPush, AmbientUniform, GatherPush, TubePush,
-};
+use tyndall::technique::ambient_scattering::{self, AmbientUniform, GatherPush, TubePush};
 use tyndall::technique::half_angle::{self, ComposePush, SlicePush, SweepUniform};
 use tyndall::technique::medium::{self, MaterialUniform, OccupancyPush};
 use tyndall::technique::path_trace::{self, TracePush, TraceUniform};
-use tyndall::technique::ray_march::{self, MarchPush, MarchUniform};
+use tyndall::technique::ray_march::{self, MarchUniform};
 use tyndall::technique::single_scatter::{self, CacheLightPush, ScatterMarchPush, ScatterUniform};
 use tyndall::technique::summed_area::{self, AreaUniform, BoxPush, ExtinctionPush, OcclusionPush};
 use tyndall::technique::{LightUniform, ViewUniform};
@@ -222,11 +221,11 @@ fn ambient_blocks(shader: &Shader) {
         (push, size_of::<GatherPush>())
     } else {
         let push = vec![
-            offset_of!(AmbientMarchPush, first_tile),
-            offset_of!(AmbientMarchPush, tile_count),
-            offset_of!(AmbientMarchPush, sub_sample),
+            offset_of!(TilePush, first_tile),
+            offset_of!(TilePush, tile_count),
+            offset_of!(TilePush, sub_sample),
         ];
-        (push, size_of::<AmbientMarchPush>())
+        (push, size_of::<TilePush>())
     };
     assert_eq!(block(shader, None), (push, bytes));
 }
@@ -302,11 +301,11 @@ fn march_blocks(march: &Shader) {
         (16, 32)
     );
     let push = vec![
-        offset_of!(MarchPush, first_tile),
-        offset_of!(MarchPush, tile_count),
-        offset_of!(MarchPush, sub_sample),
+        offset_of!(TilePush, first_tile),
+        offset_of!(TilePush, tile_count),
+        offset_of!(TilePush, sub_sample),
     ];
-    assert_eq!(block(march, None), (push, size_of::<MarchPush>()));
+    assert_eq!(block(march, None), (push, size_of::<TilePush>()));
 }
 
 fn trace_blocks(trace: &Shader) {
@@ -417,11 +416,11 @@ fn occluded_blocks(march: &Shader) {
     let uniform = (uniform, size_of::<OccludedUniform>());
     assert_eq!(block(march, Some(1)), uniform);
     let push = vec![
-        offset_of!(OccludedMarchPush, first_tile),
-        offset_of!(OccludedMarchPush, tile_count),
-        offset_of!(OccludedMarchPush, sub_sample),
+        offset_of!(TilePush, first_tile),
+        offset_of!(TilePush, tile_count),
+        offset_of!(TilePush, sub_sample),
     ];
-    assert_eq!(block(march, None), (push, size_of::<OccludedMarchPush>()));
+    assert_eq!(block(march, None), (push, size_of::<TilePush>()));
 }
 
 #[test]

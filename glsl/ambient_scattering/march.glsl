@@ -45,6 +45,8 @@ layout(set = 0, binding = 12) uniform sampler3D albedo_volume;
 #include "ambient_scattering/interval.glsl"
 #include "ambient_scattering/highlight.glsl"
 
+#include "shared/tiles.glsl"
+
 layout(push_constant) uniform Push {
     uint first_tile;
     uint tile_count;
@@ -92,18 +94,8 @@ void main() {
     load_ambient();
     load_look();
     load_cache();
-    // Tiles are dealt out to SPREAD streams, so that drivers which give each thread one contiguous
-    // run of workgroups still share the picture's busy middle evenly.
-    uint streams = (push.tile_count + SPREAD - 1) / SPREAD;
-    uint index = (gl_WorkGroupID.x % streams) * SPREAD + gl_WorkGroupID.x / streams;
-    if (index >= push.tile_count) return;
-    uint tile = push.first_tile + index;
-    uint tiles_x = (view.image.x + 7) / 8;
-    // Lanes in 4 x 2 blocks: eight neighbouring rays take similar paths.
-    uint lane = gl_LocalInvocationIndex;
-    uvec2 in_tile = uvec2((lane & 3) | ((lane >> 1) & 4), ((lane >> 2) & 1) | ((lane >> 3) & 6));
-    uvec2 pixel = uvec2(tile % tiles_x, tile / tiles_x) * 8 + in_tile;
-    if (any(greaterThanEqual(pixel, view.image.xy))) return;
+    uvec2 pixel;
+    if (!pixel_of(push.first_tile, push.tile_count, pixel)) return;
 
     Ray ray = camera_ray(pixel, push.sub_sample);
     vec2 t = inside(vec2(ray.t_min, 3.0e38), ray.origin, ray.direction);

@@ -26,6 +26,7 @@ mod spread;
 pub mod summed_area;
 mod target;
 mod techniques;
+mod tiles;
 mod view;
 
 pub use inputs::{Input, Inputs};
@@ -37,6 +38,7 @@ pub use plan::{Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan}
 pub use renderer::{FrameReport, Progress, RenderError, Renderer};
 pub use spread::{Spread, StageSpread, stage_spreads};
 pub use techniques::{KNOBS, NAMES, Technique, TechniquePlan};
+pub use tiles::{TilePush, Tiles};
 pub use view::ViewUniform;
 
 use crate::gpu::Limits;

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::AmbientOcclusionPlan;
 use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{AmbientOcclusionParams, Scene};
+use crate::technique::TilePush;
 use crate::technique::lights;
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::vec4;
@@ -35,7 +36,7 @@ const fn march(shader: shader::Shader, bindings: &'static [BindingKind]) -> Stag
     StageLayout {
         shader,
         bindings,
-        push_bytes: size_of::<OccludedMarchPush>() as u32,
+        push_bytes: size_of::<TilePush>() as u32,
     }
 }
 
@@ -50,19 +51,6 @@ pub const LAYOUTS: &[StageLayout] = &[
 /// The march that suits a medium.
 pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
     LAYOUTS[medium.form()]
-}
-
-/// Push constants of `ambient_occlusion.march`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[allow(
-    missing_docs,
-    reason = "documented in glsl/ambient_occlusion/march.glsl"
-)]
-pub struct OccludedMarchPush {
-    pub first_tile: u32,
-    pub tile_count: u32,
-    pub sub_sample: u32,
 }
 
 /// The `Occluded` block, std140.

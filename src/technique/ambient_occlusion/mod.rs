@@ -11,7 +11,7 @@ pub mod reference;
 mod resources;
 
 pub use knobs::KNOBS;
-pub use layout::{LAYOUTS, OccludedMarchPush, OccludedUniform};
+pub use layout::{LAYOUTS, OccludedUniform};
 pub use plan::{AmbientOcclusionPlan, CONSTANTS, plan, radius, stage};
 pub use record::{record_march, record_occlusion};
 pub use resources::AmbientOcclusion;

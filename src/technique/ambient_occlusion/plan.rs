@@ -8,7 +8,9 @@ use crate::scene::{AmbientOcclusionParams, Light, Radius, Scene};
 use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::MediumPlan;
 use crate::technique::summed_area::{FieldKind, FieldPlan};
-use crate::technique::{Input, Inputs, Omission, Plan, PlanError, StagePlan, lights, target};
+use crate::technique::{
+    Input, Inputs, Omission, Plan, PlanError, StagePlan, Tiles, lights, target,
+};
 
 /// Stage names of the technique.
 pub mod stage {
@@ -38,16 +40,6 @@ pub const CONSTANTS: [Specialization; 8] = [
     Specialization::new(7, "ALBEDO_VOLUME"),
 ];
 
-/// Pixels along the edge of a tile; 64 invocations march one.
-const TILE: u32 = 8;
-
-/// Tiles a dispatch: Vulkan guarantees 65,535 workgroups along x.
-const MAX_TILES: u64 = 32_768;
-
-/// Samples a submission: a desktop GPU that takes 1e9 a second stays responsive, and a software
-/// driver answers every few seconds.
-const MAX_SAMPLES: u64 = 1 << 28;
-
 /// Samples on a ray: lavapipe silently stops a shader after 65,535 loop rounds, of which a sample takes less
 /// than two with its looks at cells.
 const MAX_RAY: f64 = 30_000.0;
@@ -68,12 +60,8 @@ pub struct AmbientOcclusionPlan {
     pub(super) albedo: AlbedoPlan,
     /// Image width and height.
     pub image: [u32; 2],
-    /// Sub-samples a pixel, one dispatch each.
-    pub sub_samples: u32,
-    /// Tiles of 8 x 8 pixels.
-    pub tiles: u32,
-    /// Tiles a submission, so that none runs long.
-    pub tiles_per_submission: u32,
+    /// How the image is marched.
+    pub tiles: Tiles,
     omitted: Vec<Omission>,
 }
 
@@ -96,9 +84,7 @@ pub fn plan(
         .then(|| FieldPlan::new(scene, &medium, FieldKind::Occlusion, radius, limits))
         .transpose()?;
     let samples = longest_ray(scene, params)?;
-    let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
-    let per_tile = samples * u64::from(TILE * TILE);
-    let per_submission = (MAX_SAMPLES / per_tile.max(1)).clamp(1, MAX_TILES.min(tiles.into()));
+    let tiles = Tiles::new(image, samples as f64, limits);
     let albedo = AlbedoPlan::new(scene);
     let flag = u32::from;
     let values = [
@@ -116,9 +102,7 @@ pub fn plan(
         occlusion,
         albedo,
         image: [image.width, image.height],
-        sub_samples: image.samples_per_axis * image.samples_per_axis,
         tiles,
-        tiles_per_submission: u32::try_from(per_submission).unwrap_or(1),
         omitted: omitted(scene, &medium, environment),
         medium,
     })
@@ -203,12 +187,6 @@ impl AmbientOcclusionPlan {
         layout::march_for(&self.medium)
     }
 
-    /// Submissions of the march for each sub-sample.
-    #[must_use]
-    pub const fn bands(&self) -> u32 {
-        self.tiles.div_ceil(self.tiles_per_submission)
-    }
-
     /// The plan as shown to the user.
     #[must_use]
     pub fn summary(&self, _scene: &Scene) -> Plan {
@@ -223,7 +201,10 @@ impl AmbientOcclusionPlan {
             dispatches,
             specialization,
         };
-        let (name, dispatches) = (self.march().shader.name, self.bands() * self.sub_samples);
+        let (name, dispatches) = (
+            self.march().shader.name,
+            self.tiles.bands() * self.tiles.sub_samples,
+        );
         stages.push(last(name, dispatches, self.constants.clone()));
         stages.push(last(stage::READ_BACK, 1, Vec::new()));
         let mut resources = self.medium.resources();

@@ -7,6 +7,7 @@ use super::lookup::{Scalars, per_octave};
 use super::{AmbientScatteringPlan, choice};
 use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{AmbientScatteringParams, Scene};
+use crate::technique::TilePush;
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::{gradient_rows, grid_rows, vec4};
@@ -43,7 +44,7 @@ const fn march(shader: shader::Shader, bindings: &'static [BindingKind]) -> Stag
     StageLayout {
         shader,
         bindings,
-        push_bytes: size_of::<AmbientMarchPush>() as u32,
+        push_bytes: size_of::<TilePush>() as u32,
     }
 }
 
@@ -113,19 +114,6 @@ pub struct TubePush {
 pub struct GatherPush {
     pub first_slice: u32,
     pub slice_count: u32,
-}
-
-/// Push constants of `ambient_scattering.march`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[allow(
-    missing_docs,
-    reason = "documented in glsl/ambient_scattering/march.glsl"
-)]
-pub struct AmbientMarchPush {
-    pub first_tile: u32,
-    pub tile_count: u32,
-    pub sub_sample: u32,
 }
 
 /// The `Ambient` block, std140.

@@ -20,7 +20,7 @@ pub use cache::CachePlan;
 pub use choice::{albedo, occlusion_radius, radius};
 pub use gather::GatherPlan;
 pub use knobs::KNOBS;
-pub use layout::{AmbientMarchPush, AmbientUniform, GatherPush, LAYOUTS, TubePush};
+pub use layout::{AmbientUniform, GatherPush, LAYOUTS, TubePush};
 pub use plan::{
     AmbientScatteringPlan, CACHE_CONSTANTS, GATHER_CONSTANTS, MARCH_CONSTANTS, plan, stage,
 };

@@ -12,7 +12,8 @@ use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::MediumPlan;
 use crate::technique::summed_area::{FieldKind, FieldPlan};
 use crate::technique::{
-    Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, lights, target,
+    Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, Tiles, lights,
+    target,
 };
 
 /// Stage names of the technique.
@@ -81,16 +82,6 @@ pub const GATHER_CONSTANTS: [Specialization; 7] = [
     MARCH_CONSTANTS[17],
 ];
 
-/// Pixels along the edge of a tile; 64 invocations march one.
-const TILE: u32 = 8;
-
-/// Tiles a dispatch: Vulkan guarantees 65,535 workgroups along x.
-const MAX_TILES: u64 = 32_768;
-
-/// Samples a submission: a desktop GPU that takes 1e9 a second stays responsive, and a software
-/// driver answers every few seconds.
-const MAX_SAMPLES: u64 = 1 << 28;
-
 /// Loop rounds an invocation: lavapipe silently stops a shader after 65,535 in all loops together.
 const MAX_ROUNDS: f64 = 60_000.0;
 
@@ -127,12 +118,8 @@ pub struct AmbientScatteringPlan {
     pub(super) albedo: AlbedoPlan,
     /// Image width and height.
     pub image: [u32; 2],
-    /// Sub-samples a pixel.
-    pub sub_samples: u32,
-    /// Tiles of 8 x 8 pixels.
-    pub tiles: u32,
-    /// Tiles a submission, so that none runs long.
-    pub tiles_per_submission: u32,
+    /// How the image is marched.
+    pub tiles: Tiles,
     omitted: Vec<Omission>,
 }
 
@@ -175,10 +162,7 @@ pub fn plan(
     let gather = GatherPlan::new(scene, cache.as_ref(), apart + 1, limits);
     let looks = 2.0 * samples / f64::from(interval) * (1.0 + tube);
     check_rounds(1.5 * samples + looks)?;
-    let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
-    let per_tile = (samples * (1.0 + f64::from(lights)) + looks) * f64::from(TILE * TILE);
-    let per_submission = (MAX_SAMPLES as f64 / per_tile) as u64;
-    let per_submission = per_submission.clamp(1, MAX_TILES.min(u64::from(tiles)));
+    let tiles = Tiles::new(image, samples * (1.0 + f64::from(lights)) + looks, limits);
     let albedo = AlbedoPlan::new(scene);
     let flag = u32::from;
     let values = [
@@ -226,9 +210,7 @@ pub fn plan(
         radius,
         albedo,
         image: [image.width, image.height],
-        sub_samples: image.samples_per_axis * image.samples_per_axis,
         tiles,
-        tiles_per_submission: u32::try_from(per_submission).unwrap_or(1),
         omitted: omitted(
             scene,
             params,
@@ -341,12 +323,6 @@ impl AmbientScatteringPlan {
         layout::march_for(&self.medium)
     }
 
-    /// Submissions of the march for each sub-sample.
-    #[must_use]
-    pub const fn bands(&self) -> u32 {
-        self.tiles.div_ceil(self.tiles_per_submission)
-    }
-
     /// What the tables are made from: the albedo is the mean over what the volume and transfer function show.
     pub(super) const TABLES: Inputs = Inputs::of(&[
         Input::Volume,
@@ -423,7 +399,7 @@ impl AmbientScatteringPlan {
             name: self.march().shader.name,
             depends_on: Inputs::of(&Input::ALL),
             domain: pixels,
-            dispatches: self.bands() * self.sub_samples,
+            dispatches: self.tiles.bands() * self.tiles.sub_samples,
             specialization: self.march_constants.clone(),
         });
         stages.push(StagePlan {

@@ -3,16 +3,13 @@
 use bytemuck::bytes_of;
 use glam::UVec3;
 
-use super::{AmbientMarchPush, AmbientScattering, AmbientScatteringPlan, GatherPush, TubePush};
+use super::{AmbientScattering, AmbientScatteringPlan, GatherPush, TubePush};
 use crate::gpu::{Access, Device, GpuError, Recorder, StageTime};
 use crate::scene::Scene;
 use crate::technique::Inputs;
 use crate::technique::medium::Medium;
 use crate::technique::summed_area::{Field, SummedAreaPlan};
 use crate::technique::target::Target;
-
-/// Invocations a tile.
-const TILE_INVOCATIONS: u32 = 64;
 
 /// Brings ambient extinction, occlusion and radiance cache up to date; `changed` says what differs from the last
 /// frame. One dispatch a slab, each a submission; `progress(done, total)` counts them.
@@ -54,7 +51,7 @@ fn fill_cache(
     let (Some(cache), Some((pipeline, binding))) = (&plan.cache, &technique.cache_stage) else {
         return Ok(None);
     };
-    let (name, spread) = (pipeline.name(), spread(plan));
+    let name = pipeline.name();
     let (slabs, image, nodes) = (cache.submissions(), &technique.cache, cache.nodes.count);
     let total = cache.lights * slabs;
     let mut seconds = 0.0;
@@ -72,8 +69,7 @@ fn fill_cache(
             recorder.image_barrier(image, Access::ComputeSampledOrLoaded, Access::ComputeWrite);
         }
         recorder.compute_stage(name, |r| {
-            // Whole streams: the shader deals slices out to `spread` of them.
-            let slices = slice_count.div_ceil(spread) * spread;
+            let slices = plan.tiles.whole_streams(slice_count);
             let domain = UVec3::new(nodes.x, nodes.y, slices);
             r.dispatch(pipeline, binding, bytes_of(&push), domain);
         });
@@ -101,40 +97,10 @@ pub fn record_march(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<StageTime>, GpuError> {
     let mut times = Vec::from_iter(gather(device, technique)?);
-    let plan = &technique.plan;
-    let name = plan.march().shader.name;
-    let (pipeline, binding) = (&technique.march, &technique.march_binding);
-    let spread = spread(plan);
-    let total = plan.bands() * plan.sub_samples;
-    let mut seconds = 0.0;
-    for index in 0..total {
-        let first_tile = index / plan.sub_samples * plan.tiles_per_submission;
-        let tile_count = plan.tiles_per_submission.min(plan.tiles - first_tile);
-        let push = AmbientMarchPush {
-            first_tile,
-            tile_count,
-            sub_sample: index % plan.sub_samples,
-        };
-        let mut recorder = Recorder::new(device)?;
-        // RAW and WAW: sub-samples add to what the ones before wrote.
-        recorder.image_barrier(
-            &technique.radiance,
-            Access::ComputeWrite,
-            Access::ComputeReadWrite,
-        );
-        recorder.compute_stage(name, |r| {
-            // Whole streams: the shader deals tiles out to `spread` of them.
-            let groups = tile_count.div_ceil(spread) * spread;
-            let domain = UVec3::new(groups * TILE_INVOCATIONS, 1, 1);
-            r.dispatch(pipeline, binding, bytes_of(&push), domain);
-        });
-        seconds += recorder.submit()?.iter().map(|t| t.seconds).sum::<f64>();
-        progress(u64::from(index) + 1, u64::from(total));
-    }
-    times.push(StageTime {
-        name: name.to_owned(),
-        seconds,
-    });
+    let march = (&technique.march, &technique.march_binding);
+    let push = (1, |tiles, _| tiles);
+    let tiles = technique.plan.tiles;
+    times.push(tiles.record(device, march, &technique.radiance, push, progress)?);
     Ok(times)
 }
 
@@ -174,11 +140,4 @@ fn gather(device: &Device, technique: &AmbientScattering) -> Result<Option<Stage
         name: name.to_owned(),
         seconds,
     }))
-}
-
-fn spread(plan: &AmbientScatteringPlan) -> u32 {
-    let mut constants = plan.march_constants.iter();
-    constants
-        .find(|s| s.name == "SPREAD")
-        .map_or(1, |s| s.value)
 }

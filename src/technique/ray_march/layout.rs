@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::{BindingKind, StageLayout, shader};
 use crate::scene::{RayMarchParams, Scene};
+use crate::technique::TilePush;
 use crate::technique::lights::{self, LightUniform, MAX_LIGHTS};
 use crate::technique::medium::{MATERIAL, Medium, MediumPlan, with_material};
 use crate::technique::view::{gradient_rows, vec4};
@@ -14,7 +15,7 @@ const fn march(shader: shader::Shader, bindings: &'static [BindingKind]) -> Stag
     StageLayout {
         shader,
         bindings,
-        push_bytes: size_of::<MarchPush>() as u32,
+        push_bytes: size_of::<TilePush>() as u32,
     }
 }
 
@@ -44,16 +45,6 @@ pub const LAYOUTS: &[StageLayout] = &[
 /// The march that suits a medium.
 pub(super) fn march_for(medium: &MediumPlan) -> StageLayout {
     LAYOUTS[medium.form()]
-}
-
-/// Push constants of `ray_march.march`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[allow(missing_docs, reason = "documented in glsl/ray_march/march.comp")]
-pub struct MarchPush {
-    pub first_tile: u32,
-    pub tile_count: u32,
-    pub sub_sample: u32,
 }
 
 /// The `March` block, std140.

@@ -10,7 +10,7 @@ pub mod reference;
 mod resources;
 
 pub use knobs::KNOBS;
-pub use layout::{LAYOUTS, MarchPush, MarchUniform};
+pub use layout::{LAYOUTS, MarchUniform};
 pub use plan::{CONSTANTS, RayMarchPlan, plan, stage};
 pub use record::record_march;
 pub use resources::RayMarch;

@@ -6,7 +6,9 @@ use super::{NAME, layout};
 use crate::gpu::{Limits, Specialization, StageLayout};
 use crate::scene::{RayMarchParams, Scene};
 use crate::technique::medium::MediumPlan;
-use crate::technique::{Input, Inputs, Omission, Plan, PlanError, StagePlan, lights, target};
+use crate::technique::{
+    Input, Inputs, Omission, Plan, PlanError, StagePlan, Tiles, lights, target,
+};
 
 /// Stage names of the technique.
 pub mod stage {
@@ -38,16 +40,6 @@ pub const CONSTANTS: [Specialization; 10] = {
     ]
 };
 
-/// Pixels along the edge of a tile; 64 invocations march one.
-const TILE: u32 = 8;
-
-/// Tiles a dispatch: Vulkan guarantees 65,535 workgroups along x.
-const MAX_TILES: u64 = 32_768;
-
-/// Samples a submission: a desktop GPU that takes 1e9 a second stays responsive, and a software
-/// driver answers every few seconds.
-const MAX_SAMPLES: u64 = 1 << 28;
-
 /// Loop rounds an invocation: lavapipe silently stops a shader after 65,535 in all loops together.
 const MAX_ROUNDS: f64 = 60_000.0;
 
@@ -60,12 +52,8 @@ pub struct RayMarchPlan {
     pub specialization: Vec<Specialization>,
     /// Image width and height.
     pub image: [u32; 2],
-    /// Sub-samples a pixel, one dispatch each.
-    pub sub_samples: u32,
-    /// Tiles of 8 x 8 pixels.
-    pub tiles: u32,
-    /// Tiles a submission, so that none runs long.
-    pub tiles_per_submission: u32,
+    /// How the image is marched.
+    pub tiles: Tiles,
     omitted: Vec<Omission>,
 }
 
@@ -82,17 +70,12 @@ pub fn plan(
     target::check(image, limits)?;
     let (lights, points) = lights::count(scene, NAME)?;
     let samples_per_ray = longest_ray(scene, params)?;
-    let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
-    let per_tile = samples_per_ray * u64::from(TILE * TILE);
-    let tiles_per_submission =
-        (MAX_SAMPLES / per_tile.max(1)).clamp(1, MAX_TILES.min(u64::from(tiles)));
+    let tiles = Tiles::new(image, samples_per_ray as f64, limits);
     Ok(RayMarchPlan {
         medium: MediumPlan::new(scene, no_skipping(params), limits)?,
         specialization: Vec::new(),
         image: [image.width, image.height],
-        sub_samples: image.samples_per_axis * image.samples_per_axis,
         tiles,
-        tiles_per_submission: u32::try_from(tiles_per_submission).unwrap_or(1),
         omitted: Vec::new(),
     }
     .specialise(scene, params, (lights, points), limits))
@@ -221,13 +204,12 @@ impl RayMarchPlan {
             depends.push(Input::Light);
         }
         let pixels = UVec3::new(self.image[0], self.image[1], 1);
-        let bands = self.tiles.div_ceil(self.tiles_per_submission);
         let mut stages = self.medium.stages();
         stages.push(StagePlan {
             name: self.march().shader.name,
             depends_on: Inputs::of(&depends),
             domain: pixels,
-            dispatches: bands * self.sub_samples,
+            dispatches: self.tiles.bands() * self.tiles.sub_samples,
             specialization: self.specialization.clone(),
         });
         stages.push(StagePlan {

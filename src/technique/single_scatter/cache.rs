@@ -2,10 +2,11 @@
 
 use glam::{DVec3, UVec3};
 
-use super::plan::{MAX_ROUNDS, MAX_SAMPLES};
+use super::plan::MAX_ROUNDS;
 use crate::gpu::{Format, Limits};
 use crate::scene::{LightCache, Scene, SingleScatterParams};
 use crate::technique::nodes::{MIN_INTERVALS, Nodes};
+use crate::technique::tiles::MAX_SAMPLES;
 use crate::technique::{PlanError, ResourceKind, ResourcePlan};
 
 /// Most slices of nodes a dispatch: Vulkan guarantees 65,535 workgroups along z.

@@ -8,7 +8,9 @@ use crate::gpu::{Limits, Specialization, StageLayout};
 use crate::scene::{Light, LightCache, Scene, SingleScatterParams};
 use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::MediumPlan;
-use crate::technique::{Input, Inputs, Omission, Plan, PlanError, StagePlan, lights, target};
+use crate::technique::{
+    Input, Inputs, Omission, Plan, PlanError, StagePlan, Tiles, lights, target,
+};
 
 /// Stage names of the technique.
 pub mod stage {
@@ -59,16 +61,6 @@ pub const MARCH_CONSTANTS: [Specialization; 11] = [
     Specialization::new(10, "ALBEDO_VOLUME"),
 ];
 
-/// Pixels along the edge of a tile; 64 invocations march one.
-const TILE: u32 = 8;
-
-/// Tiles a dispatch: Vulkan guarantees 65,535 workgroups along x.
-const MAX_TILES: u64 = 32_768;
-
-/// Samples a submission: a desktop GPU that takes 1e9 a second stays responsive, and a software
-/// driver answers every few seconds.
-pub(super) const MAX_SAMPLES: u64 = 1 << 28;
-
 /// Loop rounds an invocation: lavapipe silently stops a shader after 65,535 in all loops together.
 pub(super) const MAX_ROUNDS: f64 = 60_000.0;
 
@@ -89,12 +81,8 @@ pub struct SingleScatterPlan {
     pub(super) albedo: AlbedoPlan,
     /// Image width and height.
     pub image: [u32; 2],
-    /// Sub-samples a pixel.
-    pub sub_samples: u32,
-    /// Tiles of 8 x 8 pixels.
-    pub tiles: u32,
-    /// Tiles a submission, so that none runs long.
-    pub tiles_per_submission: u32,
+    /// How the image is marched.
+    pub tiles: Tiles,
     /// Ranges of samples that a ray is split into, one dispatch each, and samples a range.
     pub ranges: [u32; 2],
     omitted: Vec<Omission>,
@@ -123,11 +111,8 @@ pub fn plan(
     };
     let samples = longest_ray(scene, params)?;
     let range = samples_a_range(samples, f64::from(lights), shadow);
-    let tiles = image.width.div_ceil(TILE) * image.height.div_ceil(TILE);
     let a_sample = 1.0 + f64::from(lights) * (1.0 + 1.25 * shadow);
-    let per_tile = (samples + range * a_sample) * f64::from(TILE * TILE);
-    let per_submission = (MAX_SAMPLES as f64 / per_tile) as u64;
-    let per_submission = per_submission.clamp(1, MAX_TILES.min(u64::from(tiles)));
+    let tiles = Tiles::new(image, samples + range * a_sample, limits);
     let values = [
         u32::from(medium.cells.is_some()),
         u32::from(medium.masked),
@@ -147,9 +132,7 @@ pub fn plan(
         cache,
         albedo,
         image: [image.width, image.height],
-        sub_samples: image.samples_per_axis * image.samples_per_axis,
         tiles,
-        tiles_per_submission: u32::try_from(per_submission).unwrap_or(1),
         ranges: [(samples / range).ceil() as u32, range as u32],
         omitted: omitted(scene, params, &medium, (lights, points)),
         medium,
@@ -236,12 +219,6 @@ impl SingleScatterPlan {
         layout::march_for(&self.medium)
     }
 
-    /// Submissions of the march for each sub-sample and range.
-    #[must_use]
-    pub const fn bands(&self) -> u32 {
-        self.tiles.div_ceil(self.tiles_per_submission)
-    }
-
     /// What the light cache is made from. Other parameters of the cache make another plan of it, and a
     /// new cache holds nothing.
     pub(super) const CACHED: Inputs = Inputs::of(&[
@@ -271,7 +248,7 @@ impl SingleScatterPlan {
             name: self.march().shader.name,
             depends_on: Inputs::of(&Input::ALL),
             domain: pixels,
-            dispatches: self.bands() * ranges * self.sub_samples,
+            dispatches: self.tiles.bands() * ranges * self.tiles.sub_samples,
             specialization: self.march_constants.clone(),
         });
         stages.push(StagePlan {

@@ -5,10 +5,7 @@ use glam::UVec3;
 
 use super::{CacheLightPush, ScatterMarchPush, SingleScatter, SingleScatterPlan};
 use crate::gpu::{Access, Device, GpuError, Recorder, StageTime};
-use crate::technique::Inputs;
-
-/// Invocations a tile.
-const TILE_INVOCATIONS: u32 = 64;
+use crate::technique::{Inputs, TilePush};
 
 /// Brings the light cache up to date; `changed` says what differs from the last frame. One dispatch a
 /// light and slab of nodes, each a submission; `progress(done, total)` counts them.
@@ -29,7 +26,6 @@ pub fn record_light_cache(
         return Ok(Vec::new());
     };
     let name = plan.light_cache().shader.name;
-    let spread = spread(plan);
     let (slabs, image) = (cache.submissions(), &single_scatter.light_depth);
     let total = cache.lights * slabs;
     let mut seconds = 0.0;
@@ -47,8 +43,7 @@ pub fn record_light_cache(
             recorder.image_barrier(image, Access::ComputeSampledOrLoaded, Access::ComputeWrite);
         }
         recorder.compute_stage(name, |r| {
-            // Whole streams: the shader deals slices out to `spread` of them.
-            let slices = slice_count.div_ceil(spread) * spread;
+            let slices = plan.tiles.whole_streams(slice_count);
             let domain = UVec3::new(cache.nodes.x, cache.nodes.y, slices);
             r.dispatch(pipeline, binding, bytes_of(&push), domain);
         });
@@ -77,52 +72,25 @@ pub fn record_march(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<StageTime>, GpuError> {
     let plan = &single_scatter.plan;
-    let name = plan.march().shader.name;
-    let (pipeline, binding) = (&single_scatter.march, &single_scatter.march_binding);
-    let spread = spread(plan);
     let [ranges, samples] = plan.ranges;
-    let total = plan.bands() * plan.sub_samples * ranges;
-    let mut seconds = 0.0;
-    for index in 0..total {
-        let (band, range) = (index / (plan.sub_samples * ranges), index % ranges);
-        let first_tile = band * plan.tiles_per_submission;
-        let tile_count = plan.tiles_per_submission.min(plan.tiles - first_tile);
-        let push = ScatterMarchPush {
-            first_tile,
-            tile_count,
-            sub_sample: index / ranges % plan.sub_samples,
-            first_sample: range * samples,
-            end_sample: if range + 1 == ranges {
-                u32::MAX
-            } else {
-                (range + 1) * samples
-            },
-        };
-        let mut recorder = Recorder::new(device)?;
-        // RAW and WAW: sub-samples and ranges add to what the ones before wrote.
-        recorder.image_barrier(
-            &single_scatter.radiance,
-            Access::ComputeWrite,
-            Access::ComputeReadWrite,
-        );
-        recorder.compute_stage(name, |r| {
-            // Whole streams: the shader deals tiles out to `spread` of them.
-            let groups = tile_count.div_ceil(spread) * spread;
-            let domain = UVec3::new(groups * TILE_INVOCATIONS, 1, 1);
-            r.dispatch(pipeline, binding, bytes_of(&push), domain);
-        });
-        seconds += recorder.submit()?.iter().map(|t| t.seconds).sum::<f64>();
-        progress(u64::from(index) + 1, u64::from(total));
-    }
-    Ok(vec![StageTime {
-        name: name.to_owned(),
-        seconds,
-    }])
-}
-
-fn spread(plan: &SingleScatterPlan) -> u32 {
-    let mut constants = plan.march_constants.iter();
-    constants
-        .find(|s| s.name == "SPREAD")
-        .map_or(1, |s| s.value)
+    let push = |TilePush {
+                    first_tile,
+                    tile_count,
+                    sub_sample,
+                },
+                range| ScatterMarchPush {
+        first_tile,
+        tile_count,
+        sub_sample,
+        first_sample: range * samples,
+        end_sample: if range + 1 == ranges {
+            u32::MAX
+        } else {
+            (range + 1) * samples
+        },
+    };
+    let march = (&single_scatter.march, &single_scatter.march_binding);
+    let radiance = &single_scatter.radiance;
+    let time = (plan.tiles).record(device, march, radiance, (ranges, push), progress)?;
+    Ok(vec![time])
 }
