@@ -18,9 +18,9 @@ use tyndall::scene::{
     TechniqueParams,
 };
 use tyndall::technique::Renderer;
-use tyndall::technique::ambient_occlusion::{self, reference};
+use tyndall::technique::ambient_occlusion::reference;
 use tyndall::technique::medium::MediumPlan;
-use tyndall::technique::summed_area::{FieldKind, FieldPlan, probe};
+use tyndall::technique::summed_area::{FieldKind, FieldPlan, occlusion_radius, probe};
 use tyndall::volume::{ColorVolume, Grid, ScalarType};
 
 /// No early end, so that only steps, levels and looks differ from the equations.
@@ -90,7 +90,7 @@ fn field_plan(device: &Device, s: &Scene, radius: f64) -> FieldPlan {
 
 /// The equations with a step of 1/16 voxel.
 fn truth(device: &Device, s: &Scene, radius: f64) -> Vec<DVec4> {
-    let world = ambient_occlusion::radius(s, Radius::Voxels(radius));
+    let world = occlusion_radius(s, Radius::Voxels(radius));
     let occlusion = reference::Occlusion::new(s, &field_plan(device, s, world));
     let fine = params(1.0 / 16.0, radius);
     let size = UVec3::new(s.image.width, s.image.height, 1);

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::volume::Grid;
+
 /// How linear radiance is brought to the display's range, after exposure.
 #[derive(
     Clone,
@@ -215,6 +217,26 @@ pub enum Radius {
     Voxels(f64),
     /// In world units, > 0.
     World(f64),
+}
+
+impl Radius {
+    /// World units within a grid, at most half its longest side; none where it is automatic.
+    #[must_use]
+    pub fn given(self, grid: &Grid) -> Option<f64> {
+        let radius = match self {
+            Self::Auto => return None,
+            Self::Voxels(voxels) => voxels * grid.spacing().min_element(),
+            Self::World(world) => world,
+        };
+        Some(Self::within(grid, radius))
+    }
+
+    /// A radius in world units, or half the grid's longest side where that is less.
+    #[must_use]
+    pub fn within(grid: &Grid, radius: f64) -> f64 {
+        let size = grid.spacing() * grid.dims.as_dvec3();
+        radius.min(0.5 * size.max_element())
+    }
 }
 
 /// Parameters of `ambient_occlusion`.

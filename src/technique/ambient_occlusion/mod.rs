@@ -12,7 +12,7 @@ mod resources;
 
 pub use knobs::KNOBS;
 pub use layout::{LAYOUTS, OccludedUniform};
-pub use plan::{AmbientOcclusionPlan, CONSTANTS, plan, radius, stage};
+pub use plan::{AmbientOcclusionPlan, CONSTANTS, plan, stage};
 pub use record::{record_march, record_occlusion};
 pub use resources::AmbientOcclusion;
 

@@ -4,10 +4,10 @@ use glam::UVec3;
 
 use super::{NAME, layout};
 use crate::gpu::{Limits, Specialization, StageLayout};
-use crate::scene::{AmbientOcclusionParams, Light, Radius, Scene};
+use crate::scene::{AmbientOcclusionParams, Light, Scene};
 use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::MediumPlan;
-use crate::technique::summed_area::{FieldKind, FieldPlan};
+use crate::technique::summed_area::{FieldKind, FieldPlan, occlusion_radius};
 use crate::technique::{
     Input, Inputs, Omission, Plan, PlanError, StagePlan, Tiles, lights, target,
 };
@@ -44,10 +44,6 @@ pub const CONSTANTS: [Specialization; 8] = [
 /// than two with its looks at cells.
 const MAX_RAY: f64 = 30_000.0;
 
-/// Voxels of an automatic radius: wide enough to tell a hollow from a bulge, and near enough that the light
-/// beyond may be taken for even.
-const AUTO_VOXELS: f64 = 14.0;
-
 /// Pure data: everything decided for one scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AmbientOcclusionPlan {
@@ -78,7 +74,7 @@ pub fn plan(
     target::check(image, limits)?;
     let no_skipping = (!params.empty_space_skipping).then_some("empty_space_skipping is off");
     let medium = MediumPlan::new(scene, no_skipping, limits)?;
-    let radius = radius(scene, params.radius);
+    let radius = occlusion_radius(scene, params.radius);
     let environment = lights::mean_environment(&scene.lights).max_element() > 0.0;
     let occlusion = environment
         .then(|| FieldPlan::new(scene, &medium, FieldKind::Occlusion, radius, limits))
@@ -106,21 +102,6 @@ pub fn plan(
         omitted: omitted(scene, &medium, environment),
         medium,
     })
-}
-
-/// Radius within which the medium dims the environment's light, world units: 14 voxels where it is automatic,
-/// at most half the volume's longest side.
-#[must_use]
-pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
-    let grid = &scene.volume.grid;
-    let voxel = grid.spacing().min_element();
-    let size = grid.spacing() * grid.dims.as_dvec3();
-    let radius = match wanted {
-        Radius::Auto => AUTO_VOXELS * voxel,
-        Radius::Voxels(voxels) => voxels * voxel,
-        Radius::World(world) => world,
-    };
-    radius.min(0.5 * size.max_element())
 }
 
 /// Samples on the longest possible camera ray.

@@ -8,9 +8,6 @@ use crate::technique::seen::{classes, free_path};
 /// An automatic radius is at most this share of the cube root of the volume.
 const LARGEST_SHARE: f64 = 1.0 / 16.0;
 
-/// Voxels of an automatic radius of ambient occlusion, as in the paper's figures.
-const OCCLUSION_VOXELS: f64 = 14.0;
-
 /// Most colours of an albedo volume that are looked at.
 const MAX_COLORS: usize = 1 << 16;
 
@@ -19,31 +16,13 @@ const MAX_COLORS: usize = 1 << 16;
 #[must_use]
 pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
     let grid = &scene.volume.grid;
-    let voxel = grid.spacing().min_element();
-    let size = grid.spacing() * grid.dims.as_dvec3();
-    match wanted {
-        Radius::Auto => {
-            let free = free_path(scene);
-            let largest = LARGEST_SHARE * size.element_product().cbrt();
-            // A coarse grid does not make the medium coarse.
-            free.min(largest).max(voxel.min(largest))
-        }
-        Radius::Voxels(voxels) => limited(voxels * voxel, size),
-        Radius::World(world) => limited(world, size),
-    }
-}
-
-/// Radius of ambient occlusion, world units.
-#[must_use]
-pub fn occlusion_radius(scene: &Scene, wanted: Radius) -> f64 {
-    match wanted {
-        Radius::Auto => radius(scene, Radius::Voxels(OCCLUSION_VOXELS)),
-        given => radius(scene, given),
-    }
-}
-
-fn limited(radius: f64, size: DVec3) -> f64 {
-    radius.min(0.5 * size.max_element())
+    wanted.given(grid).unwrap_or_else(|| {
+        let size = grid.spacing() * grid.dims.as_dvec3();
+        let largest = LARGEST_SHARE * size.element_product().cbrt();
+        // A coarse grid does not make the medium coarse.
+        let least = grid.spacing().min_element().min(largest);
+        free_path(scene).min(largest).max(least)
+    })
 }
 
 /// Mean albedo of the medium, RGB, weighted by extinction: what light meets on its way.

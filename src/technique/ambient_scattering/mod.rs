@@ -17,7 +17,7 @@ pub mod slab;
 pub mod table;
 
 pub use cache::CachePlan;
-pub use choice::{albedo, occlusion_radius, radius};
+pub use choice::{albedo, radius};
 pub use gather::GatherPlan;
 pub use knobs::KNOBS;
 pub use layout::{AmbientUniform, GatherPush, LAYOUTS, TubePush};

@@ -10,7 +10,7 @@ use crate::gpu::{Format, Limits, Specialization, StageLayout};
 use crate::scene::{AmbientScatteringParams, Gather, Light, RadianceCache, Scene, Tube};
 use crate::technique::albedo_volume::AlbedoPlan;
 use crate::technique::medium::MediumPlan;
-use crate::technique::summed_area::{FieldKind, FieldPlan};
+use crate::technique::summed_area::{FieldKind, FieldPlan, occlusion_radius};
 use crate::technique::{
     Input, Inputs, Omission, Plan, PlanError, ResourceKind, ResourcePlan, StagePlan, Tiles, lights,
     target,
@@ -145,7 +145,7 @@ pub fn plan(
             .transpose()
     };
     let extinction = field(FieldKind::AmbientExtinction, radius, lights > 0)?;
-    let far = choice::occlusion_radius(scene, params.occlusion_radius);
+    let far = occlusion_radius(scene, params.occlusion_radius);
     let occlusion = field(FieldKind::Occlusion, far, environment)?;
     let steps = (scene.volume.grid.diagonal() / (2.0 * radius))
         .ceil()

@@ -11,7 +11,7 @@ use crate::gpu::{
     Access, ComputePipeline, Device, Format, GpuError, Image, ImageDesc, ImageType,
     ImageUsageFlags, Limits, Recorder, Resource, Sampler, StageLayout, StageTime,
 };
-use crate::scene::Scene;
+use crate::scene::{Radius, Scene};
 use crate::technique::medium::{Medium, MediumPlan};
 use crate::technique::target::Target;
 use crate::technique::{PlanError, ResourceKind, ResourcePlan, StagePlan};
@@ -44,6 +44,19 @@ pub struct FieldPlan {
     pub half_box: DVec3,
     /// Texture coordinates of the field a unit of texture coordinate of the volume.
     pub scale: DVec3,
+}
+
+/// Voxels of an automatic radius of occlusion: wide enough to tell a hollow from a bulge, and near enough that the
+/// light beyond may be taken for even.
+const AUTO_VOXELS: f64 = 14.0;
+
+/// Radius within which the medium dims an environment's light, world units: 14 voxels where it is automatic, at most
+/// half the volume's longest side.
+#[must_use]
+pub fn occlusion_radius(scene: &Scene, wanted: Radius) -> f64 {
+    let grid = &scene.volume.grid;
+    let auto = || Radius::within(grid, AUTO_VOXELS * grid.spacing().min_element());
+    wanted.given(grid).unwrap_or_else(auto)
 }
 
 impl FieldPlan {

@@ -13,7 +13,7 @@ mod resources;
 mod scan;
 mod scan_form;
 
-pub use field::{Field, FieldKind, FieldPlan};
+pub use field::{Field, FieldKind, FieldPlan, occlusion_radius};
 pub use layout::{AreaUniform, BoxPush, ExtinctionPush, LAYOUTS, OcclusionPush};
 pub use plan::{CONSTANTS, SummedAreaPlan, box_side, stage};
 #[doc(hidden)]
