@@ -45,60 +45,26 @@ layout(push_constant) uniform Push {
     uint sub_sample;
 } push;
 
-// A ray in some unit: where its first sample lies, and the step to the next.
-struct SteppedRay {
-    vec3 first;
-    vec3 per_step;
-};
+#include "shared/block.glsl"
 
-// Gathered so far along a ray: colours weighted by the light that they scatter and by what they emit.
-struct Path {
-    vec3 lit;
-    vec3 emitted;
-    float tau;           // optical depth
-    float transmittance; // exp(-tau)
-};
-
-// Samples in a row: each one's share of the ray's light.
-struct Block {
-    float weight[BLOCK];
-    vec3 color[BLOCK];
-};
-
-// Samples i to i + BLOCK - 1; those past the ray's end, or its last that can be seen, have no weight.
-Block sample_block(SteppedRay grid, int i, int count, float dt, inout Path path) {
-    Block block;
-    float values[MAX_BLOCK];
-    values_of(grid.first, grid.per_step, i, BLOCK, values);
-    for (int k = 0; k < BLOCK; ++k) {
-        vec4 material = material_of(values[k], grid.first + float(i + k) * grid.per_step);
-        float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;
-        if (MASKED) dtau *= finite_weight(grid.first + float(i + k) * grid.per_step);
-        path.tau += dtau;
-        float transmittance_after = exp(-path.tau);
-        block.weight[k] = absorbed(path.transmittance, transmittance_after, dtau);
-        block.color[k] = material.rgb;
-        path.transmittance = transmittance_after;
-    }
-    return block;
-}
-
-// Adds what a block scatters of the environment's light, of which the share that arrives is looked at where the
+// What a block scatters of the environment's light, of which the share that arrives is looked at where the
 // block begins and ends; field: the ray in texture coordinates of the occlusion.
-void gather(Block block, SteppedRay grid, SteppedRay field, int i, int count, inout Path path) {
+vec3 gathered(Block block, SteppedRay grid, SteppedRay field, int i, int count) {
     // Two looks a block cost less than to remember one for the next.
     int end = min(i + BLOCK, count);
     float first = textureLod(occlusion, field.first + (float(i) - 0.5) * field.per_step, 0.0).r;
     float last = textureLod(occlusion, field.first + (float(end) - 0.5) * field.per_step, 0.0).r;
     float per_sample = 1.0 / float(end - i);
+    vec3 sum = vec3(0.0);
     for (int k = 0; k < BLOCK; ++k) {
         vec3 albedo = block.color[k];
         if (ALBEDO_VOLUME) {
             vec3 q = grid.first + float(i + k) * grid.per_step;
             albedo = textureLod(albedo_volume, texture_of(q), 0.0).rgb;
         }
-        path.lit += block.weight[k] * mix(first, last, (float(k) + 0.5) * per_sample) * albedo;
+        sum += block.weight[k] * mix(first, last, (float(k) + 0.5) * per_sample) * albedo;
     }
+    return sum;
 }
 
 vec4 march_ray(Ray ray, vec2 t) {
@@ -111,9 +77,10 @@ vec4 march_ray(Ray ray, vec2 t) {
     SteppedRay grid = SteppedRay(p_first * dims - 0.5, dp * dims);
     vec3 scale = occluded.occlusion_scale.xyz;
     SteppedRay field = SteppedRay(p_first * scale, dp * scale);
-    Path path = Path(vec3(0.0), vec3(0.0), 0.0, 1.0);
+    Before before = Before(0.0, 1.0);
+    vec3 lit = vec3(0.0), emitted = vec3(0.0);
     int i = 0;
-    while (i < count && path.tau < tau_end) {
+    while (i < count && before.tau < tau_end) {
         if (SKIP_EMPTY) {
             // Neighbouring rays skip together, so that they also sample together.
             int skipped;
@@ -123,16 +90,16 @@ vec4 march_ray(Ray ray, vec2 t) {
             } while (skipped > 0 && i < count);
             if (i >= count) break;
         }
-        Block block = sample_block(grid, i, count, dt, path);
-        if (ENVIRONMENT) gather(block, grid, field, i, count, path);
+        Block block = sample_block(grid, i, count, dt, before);
+        if (ENVIRONMENT) lit += gathered(block, grid, field, i, count);
         if (EMISSION) {
-            for (int k = 0; k < BLOCK; ++k) path.emitted += block.weight[k] * block.color[k];
+            for (int k = 0; k < BLOCK; ++k) emitted += block.weight[k] * block.color[k];
         }
         i += BLOCK;
     }
     vec4 environment = occluded.environment;
-    vec3 sum = environment.rgb * path.lit + environment.w * path.emitted;
-    return vec4(sum + path.transmittance * view.background.rgb, absorbed(1.0, path.transmittance, path.tau));
+    vec3 sum = environment.rgb * lit + environment.w * emitted;
+    return vec4(sum + before.transmittance * view.background.rgb, absorbed(1.0, before.transmittance, before.tau));
 }
 
 void main() {

@@ -85,47 +85,12 @@ vec3 shade(float weight, vec3 color, vec3 gradient, vec3 x, vec3 w_o) {
     return radiance;
 }
 
-// A ray in voxels: where its first sample lies, and the step to the next.
-struct GridRay {
-    vec3 first;
-    vec3 per_step;
-};
-
-// Light gathered so far along a ray.
-struct Path {
-    vec3 radiance;
-    float tau;           // optical depth
-    float transmittance; // exp(-tau)
-};
-
-// Samples in a row: the share of the ray's light that each emits, and its colour.
-struct Block {
-    float weight[MAX_BLOCK];
-    vec3 color[MAX_BLOCK];
-};
-
-// Samples i to i + BLOCK - 1; those past the ray's end, or its last that can be seen, have no weight.
-Block sample_block(GridRay ray, int i, int count, float dt, inout Path path) {
-    Block block;
-    float values[MAX_BLOCK];
-    values_of(ray.first, ray.per_step, i, BLOCK, values);
-    for (int k = 0; k < BLOCK; ++k) {
-        vec4 material = material_of(values[k], ray.first + float(i + k) * ray.per_step);
-        float dtau = i + k < count && path.tau < tau_end ? material.a * dt : 0.0;
-        if (MASKED) dtau *= finite_weight(ray.first + float(i + k) * ray.per_step);
-        path.tau += dtau;
-        float transmittance_after = exp(-path.tau);
-        block.weight[k] = absorbed(path.transmittance, transmittance_after, dtau);
-        block.color[k] = material.rgb;
-        path.transmittance = transmittance_after;
-    }
-    return block;
-}
+#include "shared/block.glsl"
 
 // Radiance of a block, lit. Samples in a row share the gradient at their weighted mean place until they
 // have gathered a little opacity together: a gradient costs as much as three samples, and the faint
 // ones hardly show. Each keeps its own colour.
-vec3 shade_block(Block block, GridRay ray, int i, float dt, vec3 x_first, vec3 direction) {
+vec3 shade_block(Block block, SteppedRay ray, int i, float dt, vec3 x_first, vec3 direction) {
     // Groups are counted first: on lavapipe 22.3 a loop that ended on what it chose itself lost samples.
     int group[MAX_BLOCK];
     int groups = 0;
@@ -163,10 +128,11 @@ vec4 march_ray(Ray ray, vec2 t) {
     vec3 p_first = texture_point(x_first);
     CellRay cells = cell_ray(p_first, dp, march.cell_scale.xyz);
     vec3 dims = last_voxel + 1.0;
-    GridRay grid = GridRay(p_first * dims - 0.5, dp * dims);
-    Path path = Path(vec3(0.0), 0.0, 1.0);
+    SteppedRay grid = SteppedRay(p_first * dims - 0.5, dp * dims);
+    Before before = Before(0.0, 1.0);
+    vec3 sum = vec3(0.0);
     int i = 0;
-    while (i < count && path.tau < tau_end) {
+    while (i < count && before.tau < tau_end) {
         if (SKIP_EMPTY) {
             // Neighbouring rays skip together, so that they also sample together.
             int skipped;
@@ -178,16 +144,16 @@ vec4 march_ray(Ray ray, vec2 t) {
             // Lit, blocks are the same whatever was skipped.
             if (SHADE) i -= i % BLOCK;
         }
-        Block block = sample_block(grid, i, count, dt, path);
+        Block block = sample_block(grid, i, count, dt, before);
         if (SHADE) {
-            path.radiance += shade_block(block, grid, i, dt, x_first, ray.direction);
+            sum += shade_block(block, grid, i, dt, x_first, ray.direction);
         } else {
-            for (int k = 0; k < BLOCK; ++k) path.radiance += block.weight[k] * block.color[k];
+            for (int k = 0; k < BLOCK; ++k) sum += block.weight[k] * block.color[k];
         }
         i += BLOCK;
     }
-    float alpha = path.tau < 0.03 ? absorbed(1.0, 0.0, path.tau) : 1.0 - path.transmittance;
-    return vec4(path.radiance + path.transmittance * view.background.rgb, alpha);
+    float alpha = before.tau < 0.03 ? absorbed(1.0, 0.0, before.tau) : 1.0 - before.transmittance;
+    return vec4(sum + before.transmittance * view.background.rgb, alpha);
 }
 
 void main() {

@@ -68,8 +68,11 @@ pub(super) fn measure(
             }
             step();
         }
-        for turn in &mut turns {
-            turn.reset()?;
+        // Nothing to go back from where nothing was changed.
+        if !table.changes.is_empty() {
+            for turn in &mut turns {
+                turn.reset()?;
+            }
         }
         for frame in 0..counts.frames {
             let degrees = 360.0 * f64::from(frame) / f64::from(counts.frames);
