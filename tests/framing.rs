@@ -165,6 +165,7 @@ fn camera(text: &str) -> Camera {
         voxels: Voxels::U8(vec![1; 32 * 32 * 32]),
         rescale: Rescale::IDENTITY,
         spatial_unit: None,
+        height_field: None,
     };
     let statistics = Statistics::of(&volume);
     let text = format!("transfer_function.points = [[1, 1, 1, 1, 0.5]]\n{text}");

@@ -113,7 +113,15 @@ const AMBIENT_SCATTERING: [Case; 3] = [
     ),
 ];
 
-const HALF_ANGLE: [Case; 4] = [
+const HALF_ANGLE: [Case; 5] = [
+    (
+        "cumulus_field",
+        "cumulus_field",
+        &[
+            "technique.name=half_angle",
+            "volume.height_field.procedural.resolution=96",
+        ],
+    ),
     (
         "cloud",
         "cloud",
@@ -178,7 +186,15 @@ const AMBIENT_OCCLUSION: [Case; 2] = [
     ),
 ];
 
-const RAY_MARCH: [Case; 7] = [
+const RAY_MARCH: [Case; 8] = [
+    (
+        "terrain",
+        "terrain",
+        &[
+            "volume.height_field.procedural.resolution=128",
+            "image.exposure=-1.5",
+        ],
+    ),
     ("supernova", "default", &["volume.procedural.resolution=48"]),
     (
         "shepp_logan",

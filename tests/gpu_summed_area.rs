@@ -62,6 +62,7 @@ fn even(dims: UVec3, opacity: f64) -> Scene {
         voxels: Voxels::U8(vec![1; dims.element_product() as usize]),
         rescale: Rescale::IDENTITY,
         spatial_unit: None,
+        height_field: None,
     };
     scene(v, constant(Vec3::ONE, opacity))
 }

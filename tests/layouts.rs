@@ -94,6 +94,7 @@ fn blocks_have_the_offsets_of_their_rust_structs() {
         block(&shader::MEDIUM_CELL_OCCUPANCY, None),
         (push, size_of::<OccupancyPush>())
     );
+    assert_eq!(block(&shader::MEDIUM_CELL_MIN_MAX, None), (vec![0], 8));
     assert_eq!(block(&shader::MEDIUM_CELL_DISTANCE, None), (vec![0], 4));
     material_blocks();
 }
@@ -119,6 +120,7 @@ fn material_blocks() {
             offset_of!(MaterialUniform, displacement),
             offset_of!(MaterialUniform, varying_at),
             offset_of!(MaterialUniform, variation),
+            offset_of!(MaterialUniform, layer),
         ];
         assert_eq!(
             block(&layout.shader, Some(first as u32)),
@@ -543,6 +545,7 @@ fn specialisation_constants_have_the_ids_the_plan_gives_them() {
     };
     let cells = medium::CellsPlan {
         size: 4,
+        height_field: false,
         dims: glam::UVec3::ONE,
         reach: 15,
         widen: 0,

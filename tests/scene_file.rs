@@ -34,6 +34,7 @@ fn resolved(file: &SceneFile) -> Scene {
         voxels: Voxels::F32((0..64u8).map(|i| f32::from(i % 4) / 3.0).collect()),
         rescale: Rescale::IDENTITY,
         spatial_unit: Some("mm".to_owned()),
+        height_field: None,
     };
     let statistics = Statistics::of(&volume);
     file.resolve_with(Arc::new(volume), Arc::new(statistics))

@@ -21,6 +21,7 @@ fn volume(voxels: Voxels) -> Volume {
         voxels,
         rescale: Rescale::IDENTITY,
         spatial_unit: None,
+        height_field: None,
     }
 }
 

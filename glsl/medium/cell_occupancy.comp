@@ -27,5 +27,6 @@ void main() {
     int last = clamp(int(ceil(max(at.x, at.y) + 0.01)), 0, entries - 1);
     uint before = texelFetch(occupied_before, first, 0).r;
     uint through = texelFetch(occupied_before, last + 1, 0).r;
-    imageStore(cell_distance, cell, uvec4(through > before ? 0u : REACH));
+    bool occupied = range.x <= range.y && through > before;
+    imageStore(cell_distance, cell, uvec4(occupied ? 0u : REACH));
 }

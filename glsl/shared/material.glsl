@@ -4,6 +4,7 @@
 layout(constant_id = 32) const bool GRADIENTS = false; // gradients decide beside values
 layout(constant_id = 33) const uint DISPLACED = 0;     // octaves of noise that move places
 layout(constant_id = 34) const uint VARIED = 0;        // octaves that vary extinction and colour
+layout(constant_id = 35) const bool HEIGHT_FIELD = false; // one layer of voxels holds for every height
 
 const uint MAX_OCTAVES = 8;
 
@@ -18,15 +19,20 @@ layout(std140, set = 0, binding = MATERIAL) uniform Material {
     vec4 displacement[MAX_OCTAVES]; // x: furthest along each axis, world units; yzw unused
     vec4 varying_at[MAX_OCTAVES];   // as displacing
     vec4 variation[MAX_OCTAVES];    // largest share by which colours are darker (rgb), extinction is other (a)
+    vec4 layer;                     // x: lower face, y: upper face, voxels above the surface; z: ramps a voxel; w unused
 } material;
 // Colour and extinction over values and gradients.
 layout(set = 0, binding = MATERIAL + 1) uniform sampler2D gradient_table;
 // Four components in [0, 1], of one tile that repeats.
 layout(set = 0, binding = MATERIAL + 2) uniform sampler3D noise;
+// Of a height field's surface over every column of voxels, grid coordinates.
+layout(set = 0, binding = MATERIAL + 3) uniform sampler2D surface_heights;
 
 // In registers: lavapipe reads a uniform anew at each use, lane by lane.
 vec4 table;      // texture value of the first entry, entries a unit of it, entries; w is the includer's
 vec3 last_voxel; // largest grid coordinates
+vec3 last_stored; // of voxels in memory
+vec3 layer;
 mat3 gradient_from_difference;
 vec2 gradient_entries;
 vec4 world_x, world_y, world_z;
@@ -37,6 +43,11 @@ vec4 vary_at[VARIED + 1];
 vec4 variation[VARIED + 1];
 
 void load_material() {
+    last_stored = last_voxel;
+    if (HEIGHT_FIELD) {
+        last_stored.z = 0.0;
+        layer = material.layer.xyz;
+    }
     // Not read where there is no noise.
     world_x = material.world_from_grid[0];
     world_y = material.world_from_grid[1];
@@ -88,16 +99,28 @@ vec3 texture_of(vec3 q) {
     return (looked_up(q) + 0.5) / (last_voxel + 1.0);
 }
 
+// Distance above a height field's surface, voxels, of a place that is looked up.
+float above_surface(vec3 q) {
+    return q.z - textureLod(surface_heights, (q.xy + 0.5) / (last_voxel.xy + 1.0), 0.0).r;
+}
+
+// Share of the material's extinction at q: 1 but for height fields, which taper off at their faces
+// [Kniss2003, III.D].
+float share_at(vec3 q) {
+    float above = above_surface(looked_up(q));
+    return clamp(min(above - layer.x, layer.y - above) * layer.z, 0.0, 1.0);
+}
+
 // The texture value at q.
 float value_of(vec3 q) {
-    return value_at(looked_up(q), last_voxel);
+    return value_at(looked_up(q), last_stored);
 }
 
 // The texture value of a voxel's centre.
 float value_of_voxel(ivec3 voxel) {
     float value;
     if (DISPLACED != 0) value = value_of(vec3(voxel));
-    else value = texel(voxel.x, voxel.y, voxel.z);
+    else value = texel(voxel.x, voxel.y, HEIGHT_FIELD ? 0 : voxel.z);
     return value;
 }
 
@@ -106,7 +129,7 @@ void values_of(vec3 q_0, vec3 dq, int i, int count, out float values[MAX_BLOCK])
     if (DISPLACED != 0) {
         for (int k = 0; k < count; ++k) values[k] = value_of(q_0 + float(i + k) * dq);
     } else {
-        block_values(q_0, dq, i, count, last_voxel, values);
+        block_values(q_0, dq, i, count, last_stored, values);
     }
 }
 
@@ -121,28 +144,38 @@ vec4 variation_at(vec3 q) {
     return max(factor, vec4(0.0));
 }
 
+// What normals are of: the texture value at q, or the height above a height field's surface.
+float shaped(vec3 q) {
+    float value;
+    if (HEIGHT_FIELD) value = above_surface(looked_up(q));
+    else value = value_of(q);
+    return value;
+}
+
+vec3 differences_of_shape(vec3 q) {
+    q = clamp(q, vec3(0.0), last_voxel);
+    vec3 behind = max(q - 1.0, vec3(0.0)), ahead = min(q + 1.0, last_voxel);
+    return vec3(shaped(vec3(ahead.x, q.yz)) - shaped(vec3(behind.x, q.yz)),
+                shaped(vec3(q.x, ahead.y, q.z)) - shaped(vec3(q.x, behind.y, q.z)),
+                shaped(vec3(q.xy, ahead.z)) - shaped(vec3(q.xy, behind.z)));
+}
+
 // Differences between one voxel ahead and one behind q along x, y, z, both clamped at the faces: of the medium as it
 // is seen, whatever moved it there.
 vec3 differences_at(vec3 q) {
     vec3 d;
-    if (DISPLACED != 0) {
-        q = clamp(q, vec3(0.0), last_voxel);
-        vec3 behind = max(q - 1.0, vec3(0.0)), ahead = min(q + 1.0, last_voxel);
-        d = vec3(value_of(vec3(ahead.x, q.yz)) - value_of(vec3(behind.x, q.yz)),
-                 value_of(vec3(q.x, ahead.y, q.z)) - value_of(vec3(q.x, behind.y, q.z)),
-                 value_of(vec3(q.xy, ahead.z)) - value_of(vec3(q.xy, behind.z)));
-    } else {
-        d = value_differences(q, last_voxel);
-    }
+    if (HEIGHT_FIELD) d = differences_of_shape(q);
+    else if (DISPLACED != 0) d = differences_of_shape(q);
+    else d = value_differences(q, last_voxel);
     return d;
 }
 
 // Magnitude of the volume's gradient where it is looked up, data units a world unit; at the faces to one side.
 float gradient_at(vec3 q) {
     q = looked_up(q);
-    vec3 at = clamp(q, vec3(0.0), last_voxel);
-    vec3 across = min(at + 1.0, last_voxel) - max(at - 1.0, vec3(0.0));
-    return length(gradient_from_difference * (value_differences(q, last_voxel) / max(across, 1e-6)));
+    vec3 at = clamp(q, vec3(0.0), last_stored);
+    vec3 across = min(at + 1.0, last_stored) - max(at - 1.0, vec3(0.0));
+    return length(gradient_from_difference * (value_differences(q, last_stored) / max(across, 1e-6)));
 }
 
 // Between the entries of the table over values and gradients.
@@ -159,6 +192,7 @@ vec4 material_of(float value, vec3 q) {
     // no lane takes: the rounds of a loop count, and rays have few to spare.
     if (GRADIENTS && found.a > 0.0) found = gradient_table_at(entry, q);
     if (VARIED != 0) found *= variation_at(q);
+    if (HEIGHT_FIELD) found.a *= share_at(q);
     return found;
 }
 
@@ -168,6 +202,7 @@ float extinction_of(float value, vec3 q) {
     float found = extinction_at(entry, table.z);
     if (GRADIENTS && found > 0.0) found = gradient_table_at(entry, q).a;
     if (VARIED != 0) found *= variation_at(q).a;
+    if (HEIGHT_FIELD) found *= share_at(q);
     return found;
 }
 

@@ -76,18 +76,24 @@ fn table(scene: &Scene, step: u32, steps: u32) -> String {
     let (g, spacing) = (&v.grid, v.grid.spacing());
     let unit = v.spatial_unit.as_deref().unwrap_or("world units");
     let (lo, hi) = g.world_bounds();
+    let stored = v.stored_dims();
     let bars = histogram(&s.histogram);
     let time = match steps {
         1 => "1 step".to_owned(),
         n => format!("{n} steps, 0 to {}; here step {step}", n - 1),
     };
     format!(
-        "{}\n  voxels    {} x {} x {} of {}\n  time      {time}\n  spacing   {} x {} x {} {unit}\n  box       {:.2} ... {:.2} {unit}\n  \
+        "{}\n  {:<9} {} x {} x {} of {}\n  time      {time}\n  spacing   {} x {} x {} {unit}\n  box       {:.2} ... {:.2} {unit}\n  \
          axes      {:?}\n  values    {} ... {}, mean {:.6}\n  invalid   {} NaN, {} infinite\n  histogram {bars}\n  transfer  {}",
         v.name,
-        g.dims.x,
-        g.dims.y,
-        g.dims.z,
+        if v.height_field.is_some() {
+            "heights"
+        } else {
+            "voxels"
+        },
+        stored.x,
+        stored.y,
+        stored.z,
         v.voxels.scalar_type(),
         spacing.x,
         spacing.y,

@@ -16,14 +16,14 @@ use crate::volume::{PLACE, RawLayout, ReadOptions, ScalarType};
 #[derive(Args, Default)]
 pub(super) struct SceneArgs {
     /// A scene (.toml), a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .raw), a numbered series of such
-    /// files with {} for the number, as `flow_{}.vti`, or a procedural volume: marschner_lobb, shepp_logan,
+    /// files with {} for the number, as `flow_{}.vti`, a map of heights (.png), or a procedural volume: marschner_lobb, shepp_logan,
     /// supernova, cloud, mechanical_part, cumulus. Default: the built-in scene.
     pub(super) input: Option<PathBuf>,
     /// Override a key of the scene, e.g. `--set technique.ray_march.step=0.25`.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     /// Transfer function: a preset's name (ct_bone, ct_skin_bone, ct_soft_tissue, mri, fluorescence,
-    /// generic) or a file (.json of ParaView, .toml).
+    /// terrain, generic) or a file (.json of ParaView, .toml).
     #[arg(long, value_name = "PRESET|FILE")]
     tf: Option<String>,
     #[command(flatten)]

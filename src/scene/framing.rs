@@ -64,6 +64,7 @@ pub fn visible_outline(volume: &Volume, tf: &TransferFunction, clip: &Clip) -> V
         grid.dims.y.div_ceil(LOOKS),
         grid.dims.z.div_ceil(LOOKS),
     );
+    let stored = volume.stored_dims() - 1;
     let kept = |i: UVec3| {
         let x = grid.world_from_index.transform_point3(i.as_dvec3());
         clip.bounds
@@ -75,8 +76,9 @@ pub fn visible_outline(volume: &Volume, tf: &TransferFunction, clip: &Clip) -> V
         for y in (0..grid.dims.y).step_by(stride.y as usize) {
             for x in (0..grid.dims.x).step_by(stride.x as usize) {
                 let i = UVec3::new(x, y, z);
-                let value = volume.value(grid.linear_index(i));
-                if value.is_finite() && tf.evaluate(value).1 > VISIBLE && kept(i) {
+                let value = volume.value(grid.linear_index(i.min(stored)));
+                let present = volume.share_at(i.as_dvec3()) > 0.0;
+                if present && value.is_finite() && tf.evaluate(value).1 > VISIBLE && kept(i) {
                     (lo, hi) = (lo.min(i), hi.max(i));
                 }
             }

@@ -29,6 +29,7 @@ pub(super) fn volume(grid: Grid, voxels: Voxels) -> Volume {
         voxels,
         rescale: Rescale::IDENTITY,
         spatial_unit: None,
+        height_field: None,
     }
 }
 

@@ -11,7 +11,11 @@ use crate::volume::Volume;
 
 /// The voxels, their place and meaning; the volume's name does not count.
 pub(super) fn of_volume(volume: &Volume) -> String {
-    hash(volume.voxels.bytes())
+    let voxels = hash(volume.voxels.bytes());
+    match &volume.height_field {
+        Some(field) => hash((voxels + &hash(bytemuck::cast_slice(&field.heights))).as_bytes()),
+        None => voxels,
+    }
 }
 
 /// What is seen: the scene without the technique, without names, and without what only says how the

@@ -36,7 +36,8 @@ impl<'a> ReferenceMedium<'a> {
             0.0
         };
         let (color, sigma_t) = function.material(self.value(q), gradient);
-        let (color, sigma_t) = (color.as_dvec3(), sigma_t * m.density_scale);
+        let share = self.scene.volume.share_at(self.looked_up(q));
+        let (color, sigma_t) = (color.as_dvec3(), share * sigma_t * m.density_scale);
         self.perturbed(q).map_or((color, sigma_t), |p| {
             (color * p.color, sigma_t * p.extinction)
         })
@@ -53,9 +54,14 @@ impl<'a> ReferenceMedium<'a> {
         colors.map_or(color, |c| c.sample_index(self.looked_up(q)))
     }
 
-    /// Differences between one voxel ahead and one behind, clamped at the faces, of the medium as it is seen.
+    /// Differences between one voxel ahead and one behind, clamped at the faces, of the medium as it is seen: of data
+    /// values, or of the height above a height field's surface.
     pub(super) fn differences(&self, q: DVec3) -> DVec3 {
-        self.differences_of(q, |q| self.value(q))
+        let volume = &self.scene.volume;
+        match &volume.height_field {
+            Some(field) => self.differences_of(q, |q| field.above(&volume.grid, self.looked_up(q))),
+            None => self.differences_of(q, |q| self.value(q)),
+        }
     }
 
     fn differences_of(&self, q: DVec3, value: impl Fn(DVec3) -> f64) -> DVec3 {

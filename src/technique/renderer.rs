@@ -171,7 +171,7 @@ impl Renderer {
                 })?,
             );
             let mut recorder = Recorder::new(&self.device)?;
-            medium::record_ranges(&mut recorder, &medium);
+            medium::record_ranges(&mut recorder, &medium, &self.scene.volume);
             stages.extend(recorder.submit()?);
         }
         if self.dirty.contains(Input::TransferFunction) {

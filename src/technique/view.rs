@@ -94,7 +94,11 @@ pub(super) fn gradient_rows(scene: &Scene, medium: &Medium) -> [[f32; 4]; 3] {
     let grid = &scene.volume.grid;
     let index_from_world = grid.world_from_index.matrix3.inverse().transpose();
     let (encoding, table) = (&medium.plan.encoding, &medium.plan.table);
-    let range = encoding.texture_value(table.max) - encoding.texture_value(table.min);
+    // Of a height field differences are heights, and the medium rises to its full extinction over a ramp.
+    let range = match &scene.volume.height_field {
+        Some(field) => field.ramp,
+        None => encoding.texture_value(table.max) - encoding.texture_value(table.min),
+    };
     let scale = grid.spacing().min_element() / range.abs();
     [
         index_from_world.x_axis,

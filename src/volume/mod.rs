@@ -4,10 +4,12 @@ mod color;
 mod error;
 mod grid;
 mod header_text;
+mod height_field;
 mod meta_image;
 mod nifti;
 mod nrrd;
 mod payload;
+mod picture;
 pub mod procedural;
 mod raw;
 mod read;
@@ -20,6 +22,8 @@ mod vti;
 pub use color::{ColorVolume, read_color};
 pub use error::VolumeError;
 pub use grid::{Grid, Space};
+pub use height_field::{HeightField, HeightMap, Layer, Sheet};
+pub use picture::read_picture_colors;
 pub use raw::RawLayout;
 pub use read::{Format, Progress, ReadOptions, read, read_header};
 pub use series::{PLACE, Series};
@@ -50,12 +54,14 @@ pub struct Volume {
     pub name: String,
     /// Where the voxels lie in the world.
     pub grid: Grid,
-    /// Stored values, x fastest, then y, then z.
+    /// Stored values, x fastest, then y, then z; with a height field one layer, for every z.
     pub voxels: Voxels,
     /// Stored value to data value.
     pub rescale: Rescale,
     /// The world unit's name (`mm`, ...), if known.
     pub spatial_unit: Option<String>,
+    /// Where the medium is, if it is a thin layer about a surface and nothing is stored along z.
+    pub height_field: Option<HeightField>,
 }
 
 /// `data value = slope * stored value + intercept` (NIfTI `scl_slope`, DICOM rescale).
@@ -82,6 +88,23 @@ impl Rescale {
 }
 
 impl Volume {
+    /// Voxels in memory along x, y and z: those of the grid, or one layer of a height field.
+    #[must_use]
+    pub const fn stored_dims(&self) -> glam::UVec3 {
+        let mut dims = self.grid.dims;
+        if self.height_field.is_some() {
+            dims.z = 1;
+        }
+        dims
+    }
+
+    /// Share of the material's extinction at continuous index `p`: 1 but for height fields.
+    #[must_use]
+    pub fn share_at(&self, p: glam::DVec3) -> f64 {
+        let field = self.height_field.as_ref();
+        field.map_or(1.0, |f| f.share(f.above(&self.grid, p)))
+    }
+
     /// The data value (rescaled) of voxel `index` in storage order; NaN and infinities as stored.
     ///
     /// # Panics
@@ -95,11 +118,11 @@ impl Volume {
     /// clamped in the outer half voxel. The CPU reference of the GPU's filtering.
     #[must_use]
     pub fn sample_index(&self, p: glam::DVec3) -> f64 {
-        let dims = self.grid.dims.as_dvec3();
+        let dims = self.stored_dims().as_dvec3();
         let p = p.clamp(glam::DVec3::ZERO, dims - 1.0);
         let base = p.floor().min(dims - 2.0).max(glam::DVec3::ZERO);
         let f = p - base;
-        let last = self.grid.dims - 1;
+        let last = self.stored_dims() - 1;
         let mut sum = 0.0;
         for corner in 0..8u32 {
             let o = glam::UVec3::new(corner & 1, (corner >> 1) & 1, corner >> 2);

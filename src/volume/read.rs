@@ -81,6 +81,7 @@ pub fn read(
         voxels: payload.read(progress)?,
         rescale: header.rescale,
         spatial_unit: header.spatial_unit,
+        height_field: None,
     })
 }
 

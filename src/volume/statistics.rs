@@ -303,6 +303,7 @@ mod tests {
             voxels,
             rescale,
             spatial_unit: None,
+            height_field: None,
         })
     }
 

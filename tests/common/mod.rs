@@ -72,6 +72,7 @@ pub fn volume(grid: Grid, scalar_type: ScalarType, value: impl Fn(UVec3) -> f64)
         voxels,
         rescale: Rescale::IDENTITY,
         spatial_unit: None,
+        height_field: None,
     }
 }
 

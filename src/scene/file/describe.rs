@@ -40,6 +40,11 @@ pub fn describe(scene: &Scene) -> Value {
             "unit": v.spatial_unit,
             "slope": v.rescale.slope,
             "intercept": v.rescale.intercept,
+            "height_field": v.height_field.as_ref().map(|f| json!({
+                "bottom": f.bottom,
+                "top": f.top,
+                "ramp": f.ramp,
+            })),
             "range": [scene.statistics.min, scene.statistics.max],
         },
         "transfer_function": {

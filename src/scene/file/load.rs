@@ -61,7 +61,7 @@ impl SceneFile {
         Self::parse(BUILT_IN, "built-in scene", PathBuf::new(), overrides)
     }
 
-    /// A scene around a volume file; everything else is chosen to suit it.
+    /// A scene around a volume file, or a picture as a map of heights; everything else is chosen to suit it.
     ///
     /// # Errors
     /// An override is wrong.
@@ -71,7 +71,15 @@ impl SceneFile {
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
         let file = toml::Value::from(path.to_string_lossy().into_owned());
-        let text = format!("volume.file = {file}");
+        let png = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let key = if png {
+            "volume.height_field.file"
+        } else {
+            "volume.file"
+        };
+        let text = format!("{key} = {file}");
         let mut scene = Self::parse(&text, "command line", PathBuf::new(), overrides)?;
         let volume = &mut scene.spec.volume;
         if volume.file.is_none() {

@@ -71,7 +71,7 @@ impl SceneFile {
             Some(list) => self.lights(list)?,
             None => framing::lights(&camera),
         };
-        Ok(Scene {
+        let mut scene = Scene {
             volume,
             statistics,
             medium,
@@ -80,12 +80,18 @@ impl SceneFile {
             clip,
             image,
             technique: self.technique(),
-        })
+        };
+        self.coarsen(&mut scene);
+        Ok(scene)
     }
 
     /// Reads time step `time`, or evaluates the formula.
     pub(super) fn volume(&self, time: u32, progress: Progress<'_>) -> Result<Volume, SceneError> {
         let v = &self.spec.volume;
+        if let Some(field) = &v.height_field {
+            progress("reading", 0, 1);
+            return self.height_field(field);
+        }
         let Some(file) = &v.file else {
             progress("evaluating", 0, 1);
             let (name, resolution) = v
@@ -106,17 +112,17 @@ impl SceneFile {
 
     fn medium(&self, volume: &Volume, statistics: &Statistics) -> Result<Medium, SceneError> {
         let m = &self.spec.medium;
-        let albedo_volume = m
-            .albedo_volume
-            .as_ref()
-            .map(|spec| self.colors(spec, volume));
+        let albedo_volume = match &m.albedo_volume {
+            Some(spec) => Some(self.colors(spec, volume)?),
+            None => self.height_field_colors(volume)?.map(Arc::new),
+        };
         let default_albedo = if albedo_volume.is_some() { 1.0 } else { 0.9 };
         Ok(Medium {
             transfer_function: self.transfer_function(volume, statistics)?,
             perturbation: self.perturbation(self.time()),
             density_scale: m.density_scale.unwrap_or(1.0),
             albedo: m.albedo.unwrap_or(default_albedo),
-            albedo_volume: albedo_volume.transpose()?,
+            albedo_volume,
             emission: m.emission.unwrap_or(0.0),
             phase_g: m.phase.g.unwrap_or(0.0),
         })
@@ -139,17 +145,8 @@ impl SceneFile {
     ) -> Result<Arc<ColorVolume>, SceneError> {
         let path = self.folder.join(&spec.file);
         let colors = volume::read_color(&path, spec.raw.as_ref().map(raw_layout))?;
-        if colors.dims == volume.grid.dims {
-            return Ok(Arc::new(colors));
-        }
-        let shown = |d: UVec3| format!("{} x {} x {} voxels", d.x, d.y, d.z);
-        Err(SceneError::plain(format!(
-            "{}: found {}, expected the {} of the volume `{}` that it colours",
-            path.display(),
-            shown(colors.dims),
-            shown(volume.grid.dims),
-            volume.name
-        )))
+        check_colors(&path, &colors, volume)?;
+        Ok(Arc::new(colors))
     }
 
     fn lights(&self, list: &[LightSpec]) -> Result<Vec<Light>, SceneError> {
@@ -399,6 +396,25 @@ impl SceneFile {
             empty_space_skipping: r.empty_space_skipping.unwrap_or(d.empty_space_skipping),
         }
     }
+}
+
+/// Refuses colours that are not one a voxel.
+pub(super) fn check_colors(
+    path: &Path,
+    colors: &ColorVolume,
+    volume: &Volume,
+) -> Result<(), SceneError> {
+    if colors.dims == volume.stored_dims() {
+        return Ok(());
+    }
+    let shown = |d: UVec3| format!("{} x {} x {} voxels", d.x, d.y, d.z);
+    Err(SceneError::plain(format!(
+        "{}: found {}, expected the {} of the volume `{}` that it colours",
+        path.display(),
+        shown(colors.dims),
+        shown(volume.stored_dims()),
+        volume.name
+    )))
 }
 
 pub(super) fn raw_layout(r: &RawSpec) -> RawLayout {

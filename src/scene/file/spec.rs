@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Rgb;
+use super::height_field::HeightFieldSpec;
 use super::spec_medium::{MediumSpec, PrimitiveSpec};
 use crate::scene::transfer_function::Preset;
 use crate::scene::{
@@ -35,7 +36,7 @@ pub struct SceneSpec {
     pub technique: TechniqueSpec,
 }
 
-/// The voxels: exactly one of `file` and `procedural`.
+/// The voxels: exactly one of `file`, `procedural` and `height_field`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VolumeSpec {
@@ -49,6 +50,8 @@ pub struct VolumeSpec {
     pub time: Option<u32>,
     /// A volume from a formula.
     pub procedural: Option<ProceduralSpec>,
+    /// A thin layer about a surface, from a map of heights.
+    pub height_field: Option<HeightFieldSpec>,
 }
 
 /// Everything a headerless file does not say.

@@ -3,6 +3,7 @@
 use super::Rgb;
 use super::check_medium::{perturbation, primitives};
 use super::error::Problem;
+use super::height_field;
 use super::spec::{
     EnvironmentSpec, ExposureSpec, LightSpec, RadiusSpec, RawSpec, SceneSpec, ShadingSpec,
     TransportSpec,
@@ -11,6 +12,7 @@ use super::spec::{
 /// The first value that is out of range.
 pub(super) fn check(s: &SceneSpec) -> Result<(), Problem> {
     volume(s)?;
+    height_field::check(s)?;
     transfer_function(s)?;
     let m = &s.medium;
     at_least("medium.density_scale", m.density_scale, 0.0)?;
@@ -44,6 +46,7 @@ fn volume(s: &SceneSpec) -> Result<(), Problem> {
         &[
             ("file", v.file.is_some()),
             ("procedural", v.procedural.is_some()),
+            ("height_field", v.height_field.is_some()),
         ],
     )?;
     if let Some(p) = &v.procedural {
@@ -416,7 +419,7 @@ fn ray_march(s: &SceneSpec) -> Result<(), Problem> {
 }
 
 /// At most one of the alternatives may be given.
-fn exclusive(table: &str, given: &[(&str, bool)]) -> Result<(), Problem> {
+pub(super) fn exclusive(table: &str, given: &[(&str, bool)]) -> Result<(), Problem> {
     let found: Vec<_> = given.iter().filter(|g| g.1).map(|g| g.0).collect();
     match found[..] {
         [first, second, ..] => {

@@ -15,11 +15,16 @@ use crate::volume::{Statistics, Volume};
 /// | Hounsfield units | [`Preset::CtBone`] |
 /// | few voxels differ from the lowest value (vessels, a mask) | [`Preset::Generic`]'s colours, opaque above Otsu's threshold |
 /// | MRI: patient space or mm, tissue with a peak of its own | [`Preset::Mri`] |
+/// | a height field | [`Preset::Terrain`] |
 /// | anything else | [`Preset::Generic`] |
 ///
 /// The lowest value of a volume that is not constant is transparent, its highest is not.
 #[must_use]
 pub fn automatic(volume: &Volume, statistics: &Statistics) -> TransferFunction {
+    if volume.height_field.is_some() {
+        let function = Preset::Terrain.transfer_function(&volume.grid, statistics);
+        return named(function, "heights of a surface");
+    }
     let range = format!("({} … {})", short(statistics.min), short(statistics.max));
     let Some(histogram) = Histogram::of(statistics) else {
         let function = Preset::Generic.transfer_function(&volume.grid, statistics);

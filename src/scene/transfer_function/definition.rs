@@ -46,6 +46,8 @@ enum Units {
     Hounsfield,
     /// 0 is the upper foot of the background's peak, 1 the bright end of the foreground.
     Relative,
+    /// 0 is the lowest value, 1 the highest.
+    Range,
 }
 
 impl Definition {
@@ -95,6 +97,7 @@ impl Definition {
         let window = match self.units {
             Units::Data | Units::Hounsfield => None,
             Units::Relative => Some(window(statistics)),
+            Units::Range => Some(whole(statistics)),
         };
         let points = self.points.iter().map(|p| {
             let color = DVec3::new(p[1], p[2], p[3]);
@@ -113,6 +116,21 @@ impl Definition {
             (None, share) => share.unwrap_or_default() * grid.diagonal(),
         };
         TransferFunction::new(name, points.collect(), distance)
+    }
+}
+
+/// The range of the data; above 0 for a constant volume.
+fn whole(statistics: &Statistics) -> Window {
+    let (low, high) = (statistics.min, statistics.max);
+    let high = if high > low {
+        high
+    } else {
+        low + low.abs().max(1.0)
+    };
+    Window {
+        low,
+        split: 0.5 * (low + high),
+        high,
     }
 }
 

@@ -23,18 +23,21 @@ pub enum Preset {
     Mri,
     /// Fluorescence microscopy, relative to the histogram.
     Fluorescence,
+    /// Land, by the height: from lowlands to snow, over the whole range.
+    Terrain,
     /// Anything else, relative to the histogram.
     Generic,
 }
 
 impl Preset {
     /// All presets, in order of declaration.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::CtBone,
         Self::CtSkinBone,
         Self::CtSoftTissue,
         Self::Mri,
         Self::Fluorescence,
+        Self::Terrain,
         Self::Generic,
     ];
 
@@ -47,6 +50,7 @@ impl Preset {
             Self::CtSoftTissue => "ct_soft_tissue",
             Self::Mri => "mri",
             Self::Fluorescence => "fluorescence",
+            Self::Terrain => "terrain",
             Self::Generic => "generic",
         }
     }
@@ -100,6 +104,7 @@ impl Preset {
             Self::Fluorescence => {
                 include_str!("../../../assets/transfer_functions/fluorescence.toml")
             }
+            Self::Terrain => include_str!("../../../assets/transfer_functions/terrain.toml"),
             Self::Generic => include_str!("../../../assets/transfer_functions/generic.toml"),
         }
     }
@@ -121,6 +126,7 @@ mod tests {
             voxels: crate::volume::Voxels::U8((0..64).collect()),
             rescale: crate::volume::Rescale::IDENTITY,
             spatial_unit: None,
+            height_field: None,
         };
         let statistics = Statistics::of(&volume);
         for preset in Preset::ALL {

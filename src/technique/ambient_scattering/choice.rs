@@ -4,15 +4,20 @@ use glam::DVec3;
 
 use crate::scene::{Perturbation, Radius, Scene};
 use crate::technique::seen::{classes, free_path};
+use crate::technique::summed_area::CELLS_A_RADIUS;
 
 /// An automatic radius is at most this share of the cube root of the volume.
 const LARGEST_SHARE: f64 = 1.0 / 16.0;
+
+/// Most cells that an automatic radius may ask for: half a gigabyte of sums.
+const MOST_CELLS: f64 = (1 << 27) as f64;
 
 /// Most colours of an albedo volume that are looked at.
 const MAX_COLORS: usize = 1 << 16;
 
 /// Radius of the sphere about a sample, world units: where it is automatic, a mean free path in the medium, at
-/// least a voxel, but never more than a sixteenth of the volume's size; where it is given, at most half the volume's.
+/// least a voxel, but never more than a sixteenth of the volume's size, and in very large grids at least what sums over
+/// few enough cells can tell; where it is given, at most half the volume's.
 #[must_use]
 pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
     let grid = &scene.volume.grid;
@@ -21,8 +26,22 @@ pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
         let largest = LARGEST_SHARE * size.element_product().cbrt();
         // A coarse grid does not make the medium coarse.
         let least = grid.spacing().min_element().min(largest);
-        free_path(scene).min(largest).max(least)
+        free_path(scene)
+            .min(largest)
+            .max(least)
+            .max(summable(scene))
     })
+}
+
+/// Smallest radius whose sums have no more than [`MOST_CELLS`] cells, world units; 0 where any has.
+fn summable(scene: &Scene) -> f64 {
+    let grid = &scene.volume.grid;
+    let voxels_a_cell = (grid.voxel_count() as f64 / MOST_CELLS).cbrt().ceil();
+    if voxels_a_cell > 1.0 {
+        CELLS_A_RADIUS * voxels_a_cell * grid.spacing().max_element()
+    } else {
+        0.0
+    }
 }
 
 /// Mean albedo of the medium, RGB, weighted by extinction: what light meets on its way.

@@ -2,6 +2,7 @@
 //! every one of them, and constants that leave out what the scene has not.
 
 use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
 
 use super::MediumPlan;
 use crate::gpu::{BindingKind, Specialization};
@@ -10,18 +11,20 @@ use crate::scene::perturbation::{MOST_OCTAVES, Octave};
 use crate::technique::view::{grid_rows, vec4};
 
 /// The bindings that follow a stage's own.
-pub const MATERIAL: [BindingKind; 3] = [
+pub const MATERIAL: [BindingKind; 4] = [
     BindingKind::UniformBuffer,
+    BindingKind::SampledImage,
     BindingKind::SampledImage,
     BindingKind::SampledImage,
 ];
 
 /// Constants of the material, in the order of their ids; they follow a stage's own.
-pub const CONSTANTS: [Specialization; 3] = {
+pub const CONSTANTS: [Specialization; 4] = {
     [
         Specialization::new(32, "GRADIENTS"),
         Specialization::new(33, "DISPLACED"),
         Specialization::new(34, "VARIED"),
+        Specialization::new(35, "HEIGHT_FIELD"),
     ]
 };
 
@@ -51,6 +54,7 @@ pub struct MaterialUniform {
     pub displacement: [[f32; 4]; MOST_OCTAVES],
     pub varying_at: [[f32; 4]; MOST_OCTAVES],
     pub variation: [[f32; 4]; MOST_OCTAVES],
+    pub layer: [f32; 4],
 }
 
 impl MaterialUniform {
@@ -76,6 +80,9 @@ impl MaterialUniform {
                 vec4(columns.y_axis * scale, a_unit),
                 vec4(columns.z_axis * scale, 0.0),
             ],
+            layer: (scene.volume.height_field.as_ref()).map_or([0.0; 4], |f| {
+                vec4(DVec3::new(f.bottom, f.top, 1.0 / f.ramp), 0.0)
+            }),
             ..Self::noise(scene)
         }
     }
@@ -124,6 +131,7 @@ impl MediumPlan {
             u32::from(self.table.gradients.is_some()),
             self.displaced,
             self.varied,
+            u32::from(self.height_field),
         ];
         Specialization::with_values(&CONSTANTS, &values)
     }

@@ -28,6 +28,9 @@ pub mod stage {
 /// pairs take 1/32 of the volume.
 const CELL_SIZE: u32 = 4;
 
+/// Most cells of a height field, which keeps little else for every place.
+const MOST_SPARSE: u64 = 1 << 20;
+
 /// Longest distance kept, in cells: one look-up skips at most about this many.
 const REACH: u32 = 15;
 
@@ -49,11 +52,23 @@ pub fn reach_of_noise(scene: &Scene) -> DVec3 {
     furthest * sum * (1.0 + 1e-4)
 }
 
+/// Edge of a height field's cells, voxels: as few cells as suit a map, not a volume.
+fn sparse_cell(dims: UVec3) -> u32 {
+    let cells = |size: u32| ((dims + size - 1) / size).as_u64vec3().element_product();
+    let sizes = (0..12).map(|i| CELL_SIZE << i);
+    let mut sizes = sizes.filter(|size| cells(*size) <= MOST_SPARSE);
+    sizes.next().unwrap_or(CELL_SIZE << 12)
+}
+
 /// The medium's device data for one scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MediumPlan {
     /// Voxels along x, y, z.
     pub dims: UVec3,
+    /// Of them in memory: one layer of a height field.
+    pub stored: UVec3,
+    /// Whether the medium is a layer about a surface.
+    pub height_field: bool,
     /// Texel format.
     pub encoding: Encoding,
     /// Whether techniques load and filter the medium's texels themselves ([`Limits::prefers_loads`]).
@@ -76,6 +91,8 @@ pub struct MediumPlan {
 pub struct CellsPlan {
     /// Voxels along the edge of a cell.
     pub size: u32,
+    /// Whether the medium is met only about a surface.
+    pub height_field: bool,
     /// Cells along x, y, z.
     pub dims: UVec3,
     /// Longest distance kept, in cells.
@@ -133,18 +150,25 @@ impl MediumPlan {
             let octaves = perturbation.iter().flat_map(|p| &p.octaves);
             u32::try_from(octaves.filter(|o| of(o)).count()).unwrap_or(u32::MAX)
         };
-        let cells_along = (dims + CELL_SIZE - 1) / CELL_SIZE;
-        let widen = reach_of_noise(scene).max_element() / f64::from(CELL_SIZE);
+        let height_field = scene.volume.height_field.is_some();
+        let size = if height_field {
+            sparse_cell(dims)
+        } else {
+            CELL_SIZE
+        };
+        let cells_along = (dims + size - 1) / size;
+        let widen = reach_of_noise(scene).max_element() / f64::from(size);
         let (cells, why_no_cells) = if let Some(why) = no_skipping {
             (None, why)
-        } else if !Table::has_empty_range(&table.bake(scene)) {
+        } else if !height_field && !Table::has_empty_range(&table.bake(scene)) {
             (None, "the transfer function leaves no data value empty")
         } else if widen >= f64::from(cells_along.max_element().min(MOST_WIDEN)) {
             (None, "noise moves what is looked up too far")
         } else {
             (
                 Some(CellsPlan {
-                    size: CELL_SIZE,
+                    size,
+                    height_field,
                     dims: cells_along,
                     reach: REACH,
                     widen: widen.ceil() as u32,
@@ -154,6 +178,8 @@ impl MediumPlan {
         };
         Ok(Self {
             dims,
+            stored: scene.volume.stored_dims(),
+            height_field,
             encoding: Encoding::choose(&scene.volume, &scene.statistics, limits)?,
             loaded: limits.prefers_loads,
             masked: scene.statistics.nan + scene.statistics.infinite > 0,
@@ -196,9 +222,9 @@ impl MediumPlan {
             specialization,
         };
         let row = UVec3::new(self.table.entries, 1, 1);
-        let mut stages = vec![stage(stage::UPLOAD_VOLUME, volume, self.dims, 1, vec![])];
+        let mut stages = vec![stage(stage::UPLOAD_VOLUME, volume, self.stored, 1, vec![])];
         if self.masked {
-            stages.push(stage(stage::UPLOAD_MASK, volume, self.dims, 1, vec![]));
+            stages.push(stage(stage::UPLOAD_MASK, volume, self.stored, 1, vec![]));
         }
         stages.push(stage(
             stage::UPLOAD_TABLE,
@@ -253,13 +279,19 @@ impl MediumPlan {
         let mut list = vec![ResourcePlan {
             name: "volume",
             kind: ResourceKind::Volume,
-            extent: self.dims,
+            extent: self.stored,
             format: self.encoding.format,
-            bytes: voxels(self.dims) * self.encoding.texel_bytes(),
+            bytes: voxels(self.stored) * self.encoding.texel_bytes(),
             shrink: "resample or crop the volume, or store it in fewer bits",
         }];
-        let slice = u64::from(self.dims.x) * u64::from(self.dims.y) * self.encoding.texel_bytes();
-        let (_, bytes) = staging(slice, self.dims.z);
+        // A height field's heights are staged like its data values.
+        let texel = if self.height_field {
+            4
+        } else {
+            self.encoding.texel_bytes()
+        };
+        let slice = u64::from(self.dims.x) * u64::from(self.dims.y) * texel;
+        let (_, bytes) = staging(slice, self.stored.z);
         list.push(ResourcePlan {
             name: "volume staging",
             kind: ResourceKind::Staging,
@@ -272,11 +304,21 @@ impl MediumPlan {
             let why = "replace NaN and infinite voxels in the file";
             list.push(auxiliary(
                 "finite_mask",
-                self.dims,
+                self.stored,
                 Format::R8_UNORM,
-                voxels(self.dims),
+                voxels(self.stored),
                 why,
             ));
+        }
+        if self.height_field {
+            list.push(ResourcePlan {
+                name: "surface_heights",
+                kind: ResourceKind::Volume,
+                extent: self.stored,
+                format: Format::R32_SFLOAT,
+                bytes: 4 * voxels(self.stored),
+                shrink: "raise volume.height_field.level",
+            });
         }
         let entries = u64::from(self.table.entries);
         let wider = "widen the transfer function's narrowest segment";
@@ -349,6 +391,12 @@ impl MediumPlan {
                 why,
             });
         }
+        if !self.height_field {
+            list.push(Omission {
+                what: "surface_heights",
+                why: "the volume is no height field".to_owned(),
+            });
+        }
         if self.octaves() == 0 {
             list.push(Omission {
                 what: "noise",
@@ -375,11 +423,11 @@ impl CellsPlan {
     /// Constants of `medium.cell_min_max`.
     #[must_use]
     pub fn min_max_constants(&self) -> Vec<Specialization> {
-        vec![Specialization {
-            id: 0,
-            name: "CELL_SIZE",
-            value: self.size,
-        }]
+        let own = [
+            Specialization::new(0, "CELL_SIZE"),
+            Specialization::new(1, "HEIGHT_FIELD"),
+        ];
+        Specialization::with_values(&own, &[self.size, u32::from(self.height_field)])
     }
 
     /// Constants of `medium.cell_occupancy`: distances before they are widened.

@@ -5,15 +5,18 @@ use bytemuck::bytes_of;
 use super::resources::Cells;
 use super::{Medium, OccupancyPush, stage};
 use crate::gpu::{Access, Recorder};
+use crate::volume::Volume;
 
 /// `cell_min_max`: after a change of the volume.
-pub fn record_ranges<'a>(recorder: &mut Recorder<'a>, medium: &'a Medium) {
+pub fn record_ranges<'a>(recorder: &mut Recorder<'a>, medium: &'a Medium, volume: &Volume) {
     let Some(cells) = &medium.cells else { return };
     let (pipeline, binding) = &cells.min_max_stage;
+    let field = volume.height_field.as_ref();
+    let faces = field.map_or([0.0; 2], |f| [f.bottom as f32, f.top as f32]);
     // The old contents are of another volume.
     recorder.image_barrier(&cells.min_max, Access::Undefined, Access::ComputeWrite);
     recorder.compute_stage(stage::CELL_MIN_MAX, |r| {
-        r.dispatch(pipeline, binding, &[], cells.plan.dims);
+        r.dispatch(pipeline, binding, bytes_of(&faces), cells.plan.dims);
     });
     // RAW: cell_occupancy reads what cell_min_max wrote.
     recorder.image_barrier(&cells.min_max, Access::ComputeWrite, Access::ComputeSampled);

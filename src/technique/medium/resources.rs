@@ -19,8 +19,12 @@ use crate::volume::{Volume, Voxels};
 
 const MIN_MAX: StageLayout = StageLayout {
     shader: shader::MEDIUM_CELL_MIN_MAX,
-    bindings: &[BindingKind::SampledImage, BindingKind::StorageImage],
-    push_bytes: 0,
+    bindings: &[
+        BindingKind::SampledImage,
+        BindingKind::StorageImage,
+        BindingKind::SampledImage,
+    ],
+    push_bytes: 8,
 };
 const OCCUPANCY: StageLayout = StageLayout {
     shader: shader::MEDIUM_CELL_OCCUPANCY,
@@ -67,6 +71,7 @@ pub struct Medium {
     material: Arc<Buffer>,
     gradient_table: Resource,
     noise: Resource,
+    surface_heights: Resource,
     images: Images,
 }
 
@@ -76,6 +81,7 @@ struct Images {
     table: Arc<Image>,
     gradient_table: Arc<Image>,
     noise: Arc<Image>,
+    surface_heights: Arc<Image>,
     cell_distance: Arc<Image>,
 }
 
@@ -109,24 +115,26 @@ impl Medium {
             uploaded
         };
         let format = plan.encoding.format;
-        let volume = image_3d(device, "volume", plan.dims, format, usage)?;
-        let mask_dims = if plan.masked { plan.dims } else { one };
+        let volume = image_3d(device, "volume", plan.stored, format, usage)?;
+        let mask_dims = if plan.masked { plan.stored } else { one };
         let mask = image_3d(device, "finite_mask", mask_dims, Format::R8_UNORM, uploaded)?;
         let (entries, format) = (plan.table.entries, Format::R32G32B32A32_SFLOAT);
         let table = table_image(device, "transfer_function", entries, format, usage)?;
         let axes = plan.table.gradients;
         let extent = axes.map_or(one, |axis| UVec3::new(entries, axis.entries, 1));
-        let gradient_table = Image::new(
-            device,
-            "gradient_table",
-            ImageDesc {
+        let image_2d = |name, extent, format| {
+            let desc = ImageDesc {
                 image_type: ImageType::TYPE_2D,
                 extent,
                 format,
                 usage: uploaded,
-            },
-        )?;
-        let gradient_table = Arc::new(gradient_table);
+            };
+            Image::new(device, name, desc).map(Arc::new)
+        };
+        let gradient_table = image_2d("gradient_table", extent, format)?;
+        let extent = if plan.height_field { plan.stored } else { one };
+        let surface_heights = image_2d("surface_heights", extent, Format::R32_SFLOAT)?;
+        let heights = Resource::Sampled(surface_heights.clone(), linear.clone());
         let edge = if plan.octaves() > 0 {
             NOISE_SIZE as u32
         } else {
@@ -147,7 +155,7 @@ impl Medium {
         };
         let cells = plan
             .cells
-            .map(|c| Cells::new(device, plan, c, &volume_resource, &nearest))
+            .map(|c| Cells::new(device, plan, c, (&volume_resource, &heights), &nearest))
             .transpose()?;
         let cell_distance = match &cells {
             Some(cells) => cells.pong.clone(),
@@ -171,12 +179,14 @@ impl Medium {
             material,
             gradient_table: Resource::Sampled(gradient_table.clone(), linear),
             noise: Resource::Sampled(noise.clone(), repeating),
+            surface_heights: heights,
             images: Images {
                 volume,
                 mask,
                 table,
                 gradient_table,
                 noise,
+                surface_heights,
                 cell_distance,
             },
         })
@@ -189,6 +199,7 @@ impl Medium {
             Resource::Uniform(self.material.clone()),
             self.gradient_table.clone(),
             self.noise.clone(),
+            self.surface_heights.clone(),
         ]);
         own
     }
@@ -228,6 +239,17 @@ impl Medium {
         if self.plan.masked {
             times.extend(masked);
         }
+        if let Some(field) = &volume.height_field {
+            let heights = bytemuck::cast_slice(&field.heights);
+            let after = Access::ComputeSampled;
+            times.extend(self.upload_whole(
+                stage::UPLOAD_VOLUME,
+                &i.surface_heights,
+                4,
+                after,
+                heights,
+            )?);
+        }
         self.fill_unused()?;
         Ok(times)
     }
@@ -250,6 +272,9 @@ impl Medium {
         if self.cells.is_none() {
             fill(&self.images.cell_distance, 1, self.plan.reading())?;
         }
+        if !self.plan.height_field {
+            fill(&self.images.surface_heights, 4, Access::ComputeSampled)?;
+        }
         if self.plan.table.gradients.is_none() {
             fill(&self.images.gradient_table, 16, Access::ComputeSampled)?;
         }
@@ -264,18 +289,20 @@ impl Medium {
     /// # Errors
     /// The driver's refusal or no memory for staging.
     pub fn upload_table(&self, scene: &Scene) -> Result<Vec<StageTime>, GpuError> {
-        let baked = self.plan.table.bake(scene);
+        let (name, baked) = (stage::UPLOAD_TABLE, self.plan.table.bake(scene));
         let row = bytemuck::cast_slice(&baked);
-        let mut times = self.upload_row(&self.images.table, 16, self.plan.reading(), row)?;
+        let mut times =
+            self.upload_whole(name, &self.images.table, 16, self.plan.reading(), row)?;
         if let Some(gradients) = self.plan.table.bake_gradients(scene) {
             let rows = bytemuck::cast_slice(&gradients);
             let image = &self.images.gradient_table;
-            times.extend(self.upload_row(image, 16, Access::ComputeSampled, rows)?);
+            times.extend(self.upload_whole(name, image, 16, Access::ComputeSampled, rows)?);
         }
         if let (true, Some(p)) = (self.plan.octaves() > 0, &scene.medium.perturbation) {
             let noise = Noise::new(p.seed);
             let texels = bytemuck::cast_slice(noise.texels());
-            times.extend(self.upload_row(
+            times.extend(self.upload_whole(
+                name,
                 &self.images.noise,
                 16,
                 Access::ComputeSampled,
@@ -286,7 +313,7 @@ impl Medium {
             let counts = Table::occupied_before(&baked);
             let row = bytemuck::cast_slice(&counts);
             let image = &cells.occupied_before;
-            times.extend(self.upload_row(image, 4, Access::ComputeSampled, row)?);
+            times.extend(self.upload_whole(name, image, 4, Access::ComputeSampled, row)?);
         }
         let seconds = times.iter().map(|t| t.seconds).sum();
         Ok(vec![StageTime {
@@ -296,16 +323,24 @@ impl Medium {
     }
 
     /// Copies a whole image of not much.
-    fn upload_row(
+    fn upload_whole(
         &self,
+        name: &str,
         image: &Image,
         texel: u64,
         after: Access,
         bytes: &[u8],
     ) -> Result<Vec<StageTime>, GpuError> {
-        let (d, name) = (&self.device, stage::UPLOAD_TABLE);
         let fill = |_, _, to: &mut [u8]| to.copy_from_slice(bytes);
-        upload_image(d, image, name, texel, after, fill, &mut |_, _| {})
+        upload_image(
+            &self.device,
+            image,
+            name,
+            texel,
+            after,
+            fill,
+            &mut |_, _| {},
+        )
     }
 
     /// Texture value at the table's first entry, and entries a unit of texture value.
@@ -326,7 +361,7 @@ impl Cells {
         device: &Device,
         plan: &MediumPlan,
         cells: CellsPlan,
-        volume: &Resource,
+        (volume, heights): (&Resource, &Resource),
         nearest: &Arc<Sampler>,
     ) -> Result<Self, GpuError> {
         let usage = ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
@@ -348,7 +383,7 @@ impl Cells {
         let min_max_stage = bound(
             MIN_MAX,
             &cells.min_max_constants(),
-            vec![volume.clone(), write(&min_max)],
+            vec![volume.clone(), write(&min_max), heights.clone()],
         )?;
         let occupancy_stage = bound(
             OCCUPANCY,

@@ -106,7 +106,7 @@ pub fn bounds(scene: &Scene, table: &Table) -> Bounds {
     let ranges = Ranges::new(scene, table);
     let s = &scene.statistics;
     let all = ranges.between(s.min, s.max);
-    if s.non_finite() > 0 {
+    if s.non_finite() > 0 || scene.volume.height_field.is_some() {
         return all.union(Bounds { min: 0.0, max: 0.0 });
     }
     all
@@ -210,9 +210,12 @@ fn widen(level: &mut Level, reach: UVec3) {
 
 /// The bounds over all voxels that a sample in the cell may be interpolated from.
 fn cell_bounds(volume: &Volume, ranges: &Ranges, cell: UVec3, edge: u32) -> Bounds {
-    let last = volume.grid.dims - 1;
-    let lo = (cell * edge).saturating_sub(UVec3::ONE);
-    let hi = ((cell + 1) * edge).min(last);
+    let whole = [
+        (cell * edge).saturating_sub(UVec3::ONE),
+        ((cell + 1) * edge).min(volume.grid.dims - 1),
+    ];
+    // Of a height field one layer is stored, for every height.
+    let [lo, hi] = whole.map(|at| at.min(volume.stored_dims() - 1));
     let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut has_holes = false;
     for z in lo.z..=hi.z {
@@ -229,11 +232,25 @@ fn cell_bounds(volume: &Volume, ranges: &Ranges, cell: UVec3, edge: u32) -> Boun
         }
     }
     let hole = Bounds { min: 0.0, max: 0.0 };
-    match (min <= max, has_holes) {
+    let (is_met, is_whole) = met(volume, whole);
+    match (is_met && min <= max, has_holes || !is_whole) {
         (false, _) => hole,
         (true, false) => ranges.between(min, max),
         (true, true) => ranges.between(min, max).union(hole),
     }
+}
+
+/// Whether the medium is met anywhere between two corners, and whether it has its full extinction everywhere.
+fn met(volume: &Volume, [lo, hi]: [UVec3; 2]) -> (bool, bool) {
+    let Some(field) = &volume.height_field else {
+        return (true, true);
+    };
+    let columns = [lo, hi].map(|at| [at.x, at.y]);
+    let (lowest, highest) = field.range(&volume.grid, columns[0], columns[1]);
+    // Distances above the surface, of which the share is not less between than at the ends.
+    let (low, high) = (f64::from(lo.z) - highest, f64::from(hi.z) - lowest);
+    let is_whole = field.share(low) >= 1.0 && field.share(high) >= 1.0;
+    (high >= field.bottom && low <= field.top, is_whole)
 }
 
 /// Extinction's bounds over any interval of data values, by tables over runs of 2^k entries.

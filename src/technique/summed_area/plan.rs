@@ -43,7 +43,7 @@ pub const CONSTANTS: [Specialization; 7] = [
 
 /// Cells along a radius, at least, where voxels are not coarser: a box is then sharp enough (the README has
 /// the error) and the table small.
-const CELLS_A_RADIUS: f64 = 2.5;
+pub const CELLS_A_RADIUS: f64 = 2.5;
 
 /// Cells along the longest side, at least, where the radius asks for them: the volume's faces are as sharp as
 /// its inside, whatever the voxels.

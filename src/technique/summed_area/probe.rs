@@ -104,7 +104,7 @@ fn uploaded(device: &Device, scene: &Scene, plan: &MediumPlan) -> Result<Medium,
     medium.upload_table(scene)?;
     medium.write_uniforms(scene);
     let mut recorder = Recorder::new(device)?;
-    medium::record_ranges(&mut recorder, &medium);
+    medium::record_ranges(&mut recorder, &medium, &scene.volume);
     medium::record_occupancy(&mut recorder, &medium);
     recorder.submit()?;
     Ok(medium)

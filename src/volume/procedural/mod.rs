@@ -3,11 +3,14 @@
 //! Each is a pure function over the box [-1, 1]^3, z up, with values in [0, 1].
 
 mod cloud;
+mod height;
 mod marschner_lobb;
 mod mechanical_part;
 mod noise;
 mod shepp_logan;
 mod supernova;
+
+pub use height::HeightFormula;
 
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
@@ -115,6 +118,7 @@ impl Procedural {
             voxels,
             rescale,
             spatial_unit: None,
+            height_field: None,
         }
     }
 }

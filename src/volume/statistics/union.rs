@@ -54,6 +54,7 @@ mod tests {
             voxels: Voxels::F64(values.to_vec()),
             rescale: Rescale::IDENTITY,
             spatial_unit: None,
+            height_field: None,
         })
     }
 

@@ -1,0 +1,156 @@
+//! The next coarser level of a map: half as many columns along x and y, each the mean of what it covers.
+
+use glam::{DAffine3, DVec3, UVec3};
+
+use super::HeightField;
+use crate::volume::{ColorVolume, Grid, Rescale, Volume, Voxels};
+
+impl Volume {
+    /// The same medium in the same place from maps of half as many columns along x and y, and half as many layers. A
+    /// ramp is at least a layer, and the medium at least two ramps thick.
+    ///
+    /// `None` for a volume without a height field, and where one column is left.
+    #[must_use]
+    pub fn halved(&self) -> Option<Self> {
+        let field = self.height_field.as_ref()?;
+        let from = [self.grid.dims.x, self.grid.dims.y].map(|n| n as usize);
+        let to = from.map(|n| (n / 2).max(1));
+        if to == from {
+            return None;
+        }
+        let layers = self.grid.dims.z.div_ceil(2);
+        let scale = DVec3::new(
+            from[0] as f64 / to[0] as f64,
+            from[1] as f64 / to[1] as f64,
+            2.0,
+        );
+        // The lower corner stays where it is; grid coordinates there are -1/2.
+        let half = DVec3::splat(0.5);
+        let grid = Grid {
+            dims: UVec3::new(to[0] as u32, to[1] as u32, layers),
+            world_from_index: self.grid.world_from_index
+                * DAffine3::from_translation(-half)
+                * DAffine3::from_scale(scale)
+                * DAffine3::from_translation(half),
+            space: self.grid.space,
+        };
+        let heights = shrink(from, to, |i| f64::from(field.heights[i]));
+        let (ramp, top) = ((0.5 * field.ramp).max(1.0), 0.5 * field.top);
+        Some(Self {
+            name: self.name.clone(),
+            grid,
+            voxels: Voxels::F32(shrink(from, to, |i| self.value(i))),
+            rescale: Rescale::IDENTITY,
+            spatial_unit: self.spatial_unit.clone(),
+            height_field: Some(HeightField {
+                heights: heights.iter().map(|h| 0.5 * (h + 0.5) - 0.5).collect(),
+                bottom: (0.5 * field.bottom).min(top - 2.0 * ramp),
+                top,
+                ramp,
+            }),
+        })
+    }
+}
+
+impl ColorVolume {
+    /// The colours of [`Volume::halved`].
+    #[must_use]
+    pub fn halved(&self) -> Self {
+        let from = [self.dims.x, self.dims.y].map(|n| n as usize);
+        let to = from.map(|n| (n / 2).max(1));
+        let [r, g, b] = [0, 1, 2].map(|c| shrink(from, to, |i| self.color(i)[c]));
+        let colors: Vec<_> = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
+        let dims = UVec3::new(to[0] as u32, to[1] as u32, 1);
+        Self::new(&self.name, dims, &colors)
+    }
+}
+
+/// Means over `to` columns that cover the `from` columns evenly.
+fn shrink(from: [usize; 2], to: [usize; 2], value: impl Fn(usize) -> f64) -> Vec<f32> {
+    let across: Vec<_> = (0..to[0]).map(|x| covered(x, from[0], to[0])).collect();
+    let mut means = Vec::with_capacity(to[0] * to[1]);
+    for y in 0..to[1] {
+        let rows = covered(y, from[1], to[1]);
+        for columns in &across {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for (j, v) in &rows {
+                for (i, u) in columns {
+                    sum += u * v * value(i + from[0] * j);
+                    weights += u * v;
+                }
+            }
+            means.push((sum / weights) as f32);
+        }
+    }
+    means
+}
+
+/// The columns of `from` that column `i` of `to` covers, and how much of each.
+fn covered(i: usize, from: usize, to: usize) -> Vec<(usize, f64)> {
+    let scale = from as f64 / to as f64;
+    let (first, end) = (i as f64 * scale, (i + 1) as f64 * scale);
+    let last = (end.ceil() as usize).min(from);
+    (first as usize..last)
+        .map(|c| (c, end.min((c + 1) as f64) - first.max(c as f64)))
+        .filter(|(_, weight)| *weight > 1e-9)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{HeightMap, Layer, Sheet};
+    use glam::{DVec2, UVec2};
+
+    fn sloped(nx: u32, ny: u32) -> Option<Volume> {
+        let values = (0..ny).flat_map(|y| (0..nx).map(move |x| (x + 2 * y) as f32 / nx as f32));
+        let map = HeightMap {
+            name: "slope".to_owned(),
+            dims: UVec2::new(nx, ny),
+            voxels: Voxels::F32(values.collect()),
+            rescale: Rescale::IDENTITY,
+            spacing: None,
+            spatial_unit: None,
+        };
+        let layer = Layer {
+            bottom: -0.5,
+            top: 0.1,
+            ramp: 0.2,
+        };
+        let sheet = Sheet {
+            size: DVec2::new(2.0, 1.0),
+            height: 1.5,
+            layer,
+        };
+        map.volume(None, &sheet).ok()
+    }
+
+    #[test]
+    #[allow(clippy::panic)]
+    fn a_halved_field_is_the_same_medium_in_the_same_place() {
+        // Odd columns are cut, and the means of steps are not those of a plane by up to 6 % of a column's rise.
+        for (nx, ny, tolerance) in [(16, 12, 1e-5), (17, 13, 1e-2)] {
+            let fine = sloped(nx, ny);
+            let coarse = fine.as_ref().and_then(Volume::halved);
+            let (Some(fine), Some(coarse)) = (fine, coarse) else {
+                panic!("no field")
+            };
+            assert_eq!(coarse.grid.dims.truncate(), UVec2::new(8, 6));
+            let (a, b) = (fine.grid.world_bounds(), coarse.grid.world_bounds());
+            assert!((a.0 - b.0).length() < 1e-12 && (a.1 - b.1).truncate().length() < 1e-12);
+            // Away from the edges a plane stays the plane it was, and so do its data values.
+            for x in [DVec3::new(0.1, 0.05, 1.7), DVec3::new(-0.4, -0.2, 0.9)] {
+                let at = |v: &Volume| v.grid.world_from_index.inverse().transform_point3(x);
+                let [fine_above, coarse_above] = [&fine, &coarse].map(|v| {
+                    let field = v.height_field.as_ref();
+                    let above = field.map_or(0.0, |f| f.above(&v.grid, at(v)));
+                    above * v.grid.spacing().z
+                });
+                let error = (fine_above - coarse_above).abs();
+                assert!(error < tolerance, "{fine_above} {coarse_above}");
+                let values = [&fine, &coarse].map(|v| v.sample_index(at(v)));
+                assert!((values[0] - values[1]).abs() < tolerance, "{values:?}");
+            }
+        }
+    }
+}

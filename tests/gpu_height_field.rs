@@ -1,0 +1,292 @@
+//! Height fields: every technique sees the medium of the equations about the surface, and none makes it a volume.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+mod estimates;
+mod materials;
+
+use std::sync::Arc;
+
+use common::{constant, device, params, points, render, scene, with};
+use estimates::{assert_estimators_agree, estimate, traced};
+use glam::{DVec2, DVec3, UVec2, UVec3, Vec3};
+use materials::{assert_all_see_the_equations, every_technique, shapes};
+use tyndall::scene::transfer_function::{Primitive, Shape};
+use tyndall::scene::{
+    Octave, Perturbation, Projection, Scene, SingleScatterParams, TechniqueParams,
+};
+use tyndall::technique::medium::Table;
+use tyndall::technique::path_trace::leaves;
+use tyndall::technique::summed_area::{FieldKind, probe, reference};
+use tyndall::technique::{Renderer, ResourceKind};
+use tyndall::volume::{ColorVolume, HeightMap, Layer, Rescale, Sheet, Statistics, Volume, Voxels};
+
+const LAYER: Layer = Layer {
+    bottom: -4.0,
+    top: 1.5,
+    ramp: 1.0,
+};
+
+fn map(dims: UVec2, value: impl Fn(DVec2) -> f64) -> HeightMap {
+    let at = |i: u32| DVec2::new((i % dims.x).into(), (i / dims.x).into()) / dims.as_dvec2();
+    let values = (0..dims.element_product()).map(|i| value(at(i)) as f32);
+    HeightMap {
+        name: "map".to_owned(),
+        dims,
+        voxels: Voxels::F32(values.collect()),
+        rescale: Rescale::IDENTITY,
+        spacing: None,
+        spatial_unit: None,
+    }
+}
+
+fn waves(p: DVec2) -> f64 {
+    2.0 + (7.0 * p.x).sin() + (5.0 * p.y + 3.0 * p.x).cos()
+}
+
+fn field(map: &HeightMap, scalars: Option<HeightMap>, layer: Layer) -> Volume {
+    let sheet = Sheet {
+        size: DVec2::new(24.0, 20.0),
+        height: 2.5,
+        layer,
+    };
+    map.volume(scalars, &sheet).unwrap()
+}
+
+/// Waves of heights 0 to 4, 24 x 20 world units, seen from above at a slant; denser where they are high.
+fn hills() -> Scene {
+    let heights = map(UVec2::new(24, 20), waves);
+    let mut s = scene(
+        field(&heights, None, LAYER),
+        points(&[
+            (0.0, Vec3::new(0.9, 0.5, 0.3), 0.05),
+            (2.0, Vec3::new(0.3, 0.9, 0.4), 0.15),
+            (4.0, Vec3::new(0.4, 0.5, 0.9), 0.3),
+        ]),
+    );
+    (s.image.width, s.image.height) = (12, 12);
+    s.camera.eye = s.camera.target + DVec3::new(8.0, -22.0, 18.0);
+    s.camera.projection = Projection::Perspective { vfov_deg: 50.0 };
+    s.medium.albedo = 0.9;
+    s
+}
+
+fn noise() -> Perturbation {
+    let octave = |frequency, displacement, opacity| Octave {
+        frequency,
+        displacement,
+        opacity,
+        color: Vec3::ZERO,
+        offset: DVec3::new(0.3, -0.1, 0.7),
+        velocity: DVec3::ZERO,
+    };
+    Perturbation {
+        seed: 3,
+        octaves: vec![octave(0.3, 1.2, 0.0), octave(0.7, 0.4, 0.5)],
+        time: 0.0,
+    }
+}
+
+#[test]
+fn every_technique_sees_the_medium_of_the_equations() {
+    let mut device = device();
+    assert_all_see_the_equations(&device, &hills());
+    device.prefer_filter();
+    assert_all_see_the_equations(&device, &hills());
+}
+
+#[test]
+fn noise_moves_the_surface() {
+    let device = device();
+    let mut s = hills();
+    s.medium.perturbation = Some(noise());
+    assert_all_see_the_equations(&device, &s);
+}
+
+#[test]
+fn scalars_and_colors_lie_over_it_and_slopes_classify_it() {
+    let device = device();
+    let dims = UVec2::new(24, 20);
+    let scalars = map(dims, |p| 100.0 * p.x * (1.0 - p.y));
+    let mut s = hills();
+    s.volume = Arc::new(field(&map(dims, waves), Some(scalars), LAYER));
+    s.statistics = Arc::new(Statistics::of(&s.volume));
+    s.medium.transfer_function = shapes(&[
+        Primitive {
+            shape: Shape::Gaussian,
+            value: [-20.0, 60.0],
+            gradient: [0.0, 8.0],
+            color: Vec3::new(0.9, 0.5, 0.7),
+            opacity: 0.2,
+        },
+        Primitive {
+            shape: Shape::Triangle,
+            value: [20.0, 110.0],
+            gradient: [1.0, 9.0],
+            color: Vec3::new(0.2, 0.9, 0.3),
+            opacity: 0.3,
+        },
+    ]);
+    let color = |i: u32| [(i % 24) as f32 / 24.0, 0.5, (i / 24) as f32 / 20.0];
+    let colors: Vec<_> = (0..dims.element_product()).map(color).collect();
+    let colors = ColorVolume::new("colors", dims.extend(1), &colors);
+    s.medium.albedo_volume = Some(Arc::new(colors));
+    assert_all_see_the_equations(&device, &s);
+}
+
+#[test]
+fn paths_are_those_of_the_textbook() {
+    let device = device();
+    assert_estimators_agree("hills", &device, &traced(hills(), 1600, None));
+    let mut s = hills();
+    s.medium.perturbation = Some(noise());
+    assert_estimators_agree("moving hills", &device, &traced(s, 1600, None));
+}
+
+#[test]
+fn paths_and_the_march_scatter_once_alike() {
+    let device = device();
+    let mut s = hills();
+    s.medium.density_scale = 0.05;
+    let (image, variance) = estimate(&device, &traced(s.clone(), 4000, Some(1)));
+    s.technique = TechniqueParams::SingleScatter(SingleScatterParams {
+        step: 0.25,
+        ..SingleScatterParams::default()
+    });
+    s.image.samples_per_axis = 4;
+    let marched = render(&device, &s);
+    for channel in 0..3 {
+        let (found, error) = estimates::mean(&image, &variance, channel);
+        let sum: f64 = marched.pixels.iter().map(|p| f64::from(p[channel])).sum();
+        let expected = sum / marched.pixels.len() as f64;
+        // The march's own error, beside the estimate's.
+        assert!(
+            (found - expected).abs() < 4.0 * error + 3e-3 * expected,
+            "{found} +- {error}, {expected}"
+        );
+    }
+}
+
+#[test]
+fn a_flat_layer_dims_as_its_ramps_say() {
+    // Full between the ramps, half on average within: the depth is sigma_t (thickness - ramp).
+    let device = device();
+    for layer in [
+        LAYER,
+        Layer {
+            bottom: -1.0,
+            top: 1.0,
+            ramp: 0.05,
+        },
+    ] {
+        let opacity = 0.2;
+        let mut s = scene(
+            field(&map(UVec2::splat(8), |_| 3.0), None, layer),
+            constant(Vec3::ONE, opacity),
+        );
+        s.camera.eye = s.camera.target + 50.0 * DVec3::Z;
+        s.camera.up = DVec3::Y;
+        s.camera.projection = Projection::Orthographic { height: 4.0 };
+        let image = render(&device, &with(s, |p| p.step = 0.125));
+        let depth = -(1.0_f64 - opacity).ln() * (layer.top - layer.bottom - layer.ramp);
+        for pixel in &image.pixels {
+            let alpha = f64::from(pixel[3]);
+            assert!((alpha + (-depth).exp_m1()).abs() < 2e-5, "{alpha}, {depth}");
+        }
+    }
+}
+
+#[test]
+fn what_is_skipped_is_empty() {
+    let device = device();
+    for perturbation in [None, Some(noise())] {
+        let mut s = hills();
+        s.medium.perturbation = perturbation;
+        (s.image.width, s.image.height) = (48, 48);
+        let plan = Renderer::new(&device, s.clone()).unwrap().plan().clone();
+        assert!(plan.stages.iter().any(|s| s.name == "medium.cell_distance"));
+        let with_skipping = |skip| {
+            render(
+                &device,
+                &with(s.clone(), |p| {
+                    (p.step, p.empty_space_skipping) = (0.5, skip)
+                }),
+            )
+        };
+        let (skipped, all) = (with_skipping(true), with_skipping(false));
+        for (a, b) in skipped.pixels.iter().zip(&all.pixels) {
+            // Blocks begin elsewhere, sums round differently.
+            assert!(
+                a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-6),
+                "{a:?} {b:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn leaves_bound_it_and_summed_areas_are_the_naive_sums() {
+    let device = device();
+    let mut s = hills();
+    let steep = map(UVec2::new(40, 36), |p| 3.0 * waves(p));
+    s.volume = Arc::new(field(&steep, None, LAYER));
+    s.statistics = Arc::new(Statistics::of(&s.volume));
+    // Where it is thin, leaves are better left whole.
+    s.medium.density_scale = 20.0;
+    let list = leaves::leaves(&s, &Table::choose(&s, &device.info().limits));
+    let (dims, edge) = (s.volume.grid.dims, leaves::cell_edge(s.volume.grid.dims));
+    let cells = leaves::cells_along(dims);
+    let found = reference::cell_extinctions(&s, UVec3::ONE, UVec3::ONE);
+    let (mut empty, mut within) = (0, 0);
+    for (i, sigma_t) in (0u32..).zip(found) {
+        let voxel = UVec3::new(i % dims.x, i / dims.x % dims.y, i / (dims.x * dims.y));
+        let cell = voxel / edge;
+        let bounds = list[(cell.x + cells.x * (cell.y + cells.y * cell.z)) as usize];
+        let [max, min] = bounds.map(|b| f64::from(f32::from_bits(b)));
+        let is_bound = sigma_t <= max * (1.0 + 1e-4) && sigma_t >= min * (1.0 - 1e-4);
+        assert!(is_bound, "{voxel}: {sigma_t} in {min} to {max}");
+        within += u32::from(sigma_t > 0.0 && max < 10.0 * sigma_t);
+        empty += u32::from(max < 1e-30);
+    }
+    assert!(
+        within > 100 && empty > 100,
+        "bounds are of use: {within}, {empty}"
+    );
+    for kind in [FieldKind::AmbientExtinction, FieldKind::Occlusion] {
+        let (plan, texels, _) = probe(&device, &s, kind, 4.0).unwrap();
+        let expected = reference::field(&s, &plan);
+        let largest = expected.iter().copied().fold(0.0, f64::max);
+        for (found, expected) in texels.iter().zip(&expected) {
+            assert!((f64::from(*found) - expected).abs() < 1e-3 * expected + 1e-3 * largest);
+        }
+    }
+}
+
+#[test]
+fn nothing_is_stored_along_z() {
+    let device = device();
+    let heights = map(UVec2::splat(1024), waves);
+    let sheet = Sheet {
+        size: DVec2::splat(20.0),
+        height: 2.5,
+        layer: LAYER,
+    };
+    let v = heights.volume(None, &sheet).unwrap();
+    let grid = v.grid.dims;
+    assert!(grid.z > 500, "{grid}");
+    let mut s = scene(v, constant(Vec3::ONE, 0.5));
+    (s.image.width, s.image.height) = (8, 8);
+    s.technique = TechniqueParams::RayMarch(params());
+    for s in [s.clone(), every_technique(&s)[4].clone()] {
+        let plan = Renderer::new(&device, s).unwrap().plan().clone();
+        let map = 1024 * 1024;
+        for r in &plan.resources {
+            let texels = r.extent.as_u64vec3().element_product();
+            let is_image = r.kind != ResourceKind::Staging;
+            assert!(!is_image || texels <= map, "{}: {}", r.name, r.extent);
+            if r.kind == ResourceKind::Volume {
+                assert_eq!(r.extent, UVec3::new(1024, 1024, 1), "{}", r.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Height fields from files: pictures and volume files, what scene files say of them, and what is refused.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::Path;
+
+use glam::{DVec3, UVec3};
+use image::{GrayImage, ImageBuffer, Luma, Rgb, RgbImage};
+use tempfile::{TempDir, tempdir};
+use tyndall::scene::Scene;
+use tyndall::scene::file::{SceneError, SceneFile};
+use tyndall::volume::Volume;
+
+/// A folder with maps of 6 x 4: heights of 8 and 16 bits and in a volume file, and colours.
+fn folder() -> TempDir {
+    let folder = tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    // Bright at the upper left.
+    GrayImage::from_fn(6, 4, |x, y| Luma([if (x, y) == (0, 0) { 255 } else { 51 }]))
+        .save(at("grey8.png"))
+        .unwrap();
+    ImageBuffer::<Luma<u16>, _>::from_fn(6, 4, |x, _| Luma([(x * 13_107) as u16]))
+        .save(at("grey16.png"))
+        .unwrap();
+    RgbImage::from_fn(6, 4, |_, y| Rgb([if y == 0 { 255 } else { 0 }, 188, 0]))
+        .save(at("colors.png"))
+        .unwrap();
+    RgbImage::new(5, 4).save(at("narrow.png")).unwrap();
+    let header = "NRRD0004\ntype: float\ndimension: 3\nsizes: 6 4 1\nspacings: 30 30 1\nendian: little\n\
+                  encoding: raw\n\n";
+    let write = |name: &str, value: fn(usize) -> f32| {
+        let mut bytes = header.as_bytes().to_vec();
+        bytes.extend((0..24).flat_map(|i| value(i).to_le_bytes()));
+        std::fs::write(at(name), bytes).unwrap();
+    };
+    write("metres.nrrd", |i| 100.0 + i as f32);
+    write("hole.nrrd", |i| if i == 9 { f32::NAN } else { 1.0 });
+    std::fs::write(at("broken.png"), b"\x89PNG\r\n\x1a\nnot really").unwrap();
+    folder
+}
+
+fn resolve(folder: &Path, text: &str) -> Result<Scene, SceneError> {
+    SceneFile::parse(text, "s.toml", folder.to_owned(), &[])?.resolve(&mut |_, _, _| {})
+}
+
+/// The surface's height in the world over a column.
+fn height(v: &Volume, x: u32, y: u32) -> f64 {
+    let field = v.height_field.as_ref().unwrap();
+    let k = f64::from(field.heights[(x + v.grid.dims.x * y) as usize]);
+    let at = DVec3::new(x.into(), y.into(), k);
+    v.grid.world_from_index.transform_point3(at).z
+}
+
+fn near(a: f64, b: f64) {
+    assert!((a - b).abs() < 1e-5 * (1.0 + b.abs()), "{a} {b}");
+}
+
+#[test]
+fn pictures_are_maps_with_their_upper_edge_towards_y() {
+    let folder = folder();
+    let text = "volume.height_field = { file = 'grey8.png', size = [3, 2], height = 5, level = 0 }";
+    let scene = resolve(folder.path(), text).unwrap();
+    let v = &scene.volume;
+    assert_eq!(v.stored_dims(), UVec3::new(6, 4, 1));
+    near(height(v, 0, 3), 5.0);
+    near(height(v, 0, 0), 1.0);
+    // Data values are the map's own.
+    near(v.value(18), 1.0);
+    near(v.value(0), 0.2);
+    let (low, high) = v.grid.world_bounds();
+    near(low.x, -1.5);
+    near(high.y, 1.0);
+    // 1/64 of 3 below the lowest, and the highest.
+    near(low.z, 1.0 - 3.0 / 64.0);
+    assert!(high.z >= 5.0 && high.z < 5.1);
+    let text = "volume.height_field = { file = 'grey16.png', level = 0 }";
+    let scene = resolve(folder.path(), text).unwrap();
+    // Two units along the longer side, a fifth of the width for white.
+    near(height(&scene.volume, 5, 0), 0.4);
+    near(height(&scene.volume, 1, 2), 0.08);
+    near(scene.volume.grid.world_bounds().1.x, 1.0);
+    assert_eq!(
+        scene
+            .medium
+            .transfer_function
+            .name
+            .split(',')
+            .next()
+            .unwrap(),
+        "automatic: terrain"
+    );
+}
+
+#[test]
+fn a_volume_file_of_one_slice_keeps_its_units() {
+    let folder = folder();
+    let text = "volume.height_field = { file = 'metres.nrrd', level = 0, scalars.file = 'grey16.png', \
+                colors.file = 'colors.png' }";
+    let scene = resolve(folder.path(), text).unwrap();
+    near(height(&scene.volume, 3, 1), 109.0);
+    near(scene.volume.grid.world_bounds().1.x, 90.0);
+    near(scene.volume.value(5), 1.0);
+    near(scene.statistics.max, 1.0);
+    let colors = scene.medium.albedo_volume.as_ref().unwrap();
+    // Pictures are sRGB: 188 is a half of white.
+    let top = colors.color(18);
+    assert!((top - DVec3::new(1.0, 0.5, 0.0)).length() < 0.01, "{top}");
+    near(colors.color(17).x, 0.0);
+    near(scene.medium.albedo, 1.0);
+}
+
+#[test]
+fn the_level_follows_the_pixels() {
+    let folder = folder();
+    let scene = |more: &str| {
+        let text = format!(
+            "volume.height_field = {{ procedural = {{ name = 'terrain', resolution = 256 }} {more} }}\n\
+             image = {{ width = 64, height = 64 }}"
+        );
+        resolve(folder.path(), &text).unwrap()
+    };
+    let columns = |s: &Scene| s.volume.grid.dims.x;
+    assert_eq!(columns(&scene("")), 128);
+    assert_eq!(columns(&scene(", level = 0")), 256);
+    assert_eq!(columns(&scene(", level = 3")), 32);
+    // As far as it goes.
+    assert_eq!(columns(&scene(", level = 16")), 1);
+    let close = "camera = { eye = [0, -0.9, 0.3], target = [0, 0, 0] }\n\
+                 volume.height_field = { procedural = { name = 'terrain', resolution = 256 } }";
+    assert_eq!(columns(&resolve(folder.path(), close).unwrap()), 256);
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let folder = folder();
+    let cases = [
+        (
+            "file = 'grey8.png', procedural = { name = 'terrain' }",
+            "found beside `file`",
+        ),
+        ("size = [1, 1]", "expected one of file, procedural"),
+        (
+            "file = 'grey8.png', bottom = 0.5",
+            "bottom: found 0.5, expected less than the 0 of `top`",
+        ),
+        ("file = 'grey8.png', ramp = 0", "ramp: found 0"),
+        ("file = 'grey8.png', height = 0", "height: found 0"),
+        ("file = 'grey8.png', size = [1, -1]", "size.1: found -1"),
+        ("file = 'missing.png'", "missing.png: cannot open"),
+        ("file = 'broken.png'", "broken.png: picture: found"),
+        (
+            "file = 'colors.png'",
+            "expected grey values of 8 or 16 bits",
+        ),
+        (
+            "file = 'hole.nrrd'",
+            "hole.nrrd: found a height of NaN at column 3, 1",
+        ),
+        ("file = 'grey8.png', height = 1e300", "found a height of"),
+        (
+            "file = 'grey8.png', colors.file = 'narrow.png'",
+            "found 5 x 4 x 1 voxels, expected the 6 x 4 x 1",
+        ),
+        (
+            "file = 'grey8.png', scalars.file = 'hole.nrrd', colors.file = 'hole.nrrd'",
+            "hole.nrrd: picture",
+        ),
+        ("procedural = { name = 'moon' }", "moon"),
+        (
+            "procedural = { name = 'terrain', resolution = 100000 }",
+            "expected a number from 2 to 8192",
+        ),
+    ];
+    for (keys, expected) in cases {
+        let text = format!("volume.height_field = {{ {keys} }}");
+        let message = resolve(folder.path(), &text).expect_err(keys).to_string();
+        assert!(message.contains(expected), "{keys}\n{message}\n{expected}");
+    }
+}
+
+#[test]
+fn the_scenes_of_the_project_are_of_1024_columns() {
+    for name in ["terrain", "cumulus_field"] {
+        let path = format!("assets/scenes/{name}.toml");
+        let mut file = SceneFile::load(Path::new(&path), &[]).unwrap();
+        file.spec.volume.height_field.as_mut().unwrap().level = Some(0);
+        let scene = file.resolve(&mut |_, _, _| {}).unwrap();
+        assert_eq!(scene.volume.stored_dims(), UVec3::new(1024, 1024, 1));
+    }
+}
