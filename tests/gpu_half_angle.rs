@@ -19,6 +19,9 @@ use tyndall::technique::half_angle::{plan, reference};
 use tyndall::technique::{phase_hg, single_scatter};
 use tyndall::volume::{ColorVolume, Grid, ScalarType};
 
+/// Slices of tests that compare images of the same slices: validation takes its time for each.
+const COARSE: f64 = 3.0;
+
 /// No early end, so that only slices and light buffer differ from the equations.
 fn params(slice_spacing: f64, lighting: Lighting) -> HalfAngleParams {
     HalfAngleParams {
@@ -272,13 +275,13 @@ fn scattered_light_vanishes_where_it_is_dimmed_like_direct_light() {
     let device = device();
     let direct = as_truth(&render(
         &device,
-        &with_params(&blob(), params(1.0, Lighting::Direct)),
+        &with_params(&blob(), params(COARSE, Lighting::Direct)),
     ));
     let with_color = |color: f64, angle: f64| {
         let p = HalfAngleParams {
             transport_color: TransportColor::Points(Arc::new([[0.0, color, color, color]])),
             blur_angle_deg: angle,
-            ..params(1.0, Lighting::Indirect)
+            ..params(COARSE, Lighting::Indirect)
         };
         render(&device, &with_params(&blob(), p))
     };
@@ -352,7 +355,7 @@ fn thinner_slices_change_little_but_the_cost() {
 fn a_phase_table_is_normalised_and_read_by_the_cosine() {
     let device = device();
     let mut s = blob();
-    let hg = render(&device, &with_params(&s, params(1.0, Lighting::Direct)));
+    let hg = render(&device, &with_params(&s, params(COARSE, Lighting::Direct)));
     let row = |i: usize| {
         let p = 7.0 * phase_hg(f64::from(i as u32) / 511.5 - 1.0, 0.5);
         [p, 2.0 * p, 0.01 * p]
@@ -360,7 +363,7 @@ fn a_phase_table_is_normalised_and_read_by_the_cosine() {
     s.medium.phase_g = -0.9;
     let p = HalfAngleParams {
         phase_table: Some((0..1024).map(row).collect()),
-        ..params(1.0, Lighting::Direct)
+        ..params(COARSE, Lighting::Direct)
     };
     let found = error(&render(&device, &with_params(&s, p)), &as_truth(&hg));
     // Straight lines between 1024 rows.
@@ -370,7 +373,7 @@ fn a_phase_table_is_normalised_and_read_by_the_cosine() {
 #[test]
 fn rays_a_pixel_are_averaged_and_frames_repeat_to_the_bit() {
     let device = device();
-    let mut s = with_params(&blob(), params(1.0, Lighting::Indirect));
+    let mut s = with_params(&blob(), params(COARSE, Lighting::Indirect));
     s.image.samples_per_axis = 2;
     let averaged = render(&device, &s);
     assert_eq!(averaged.pixels, render_beside(&device, &s).pixels);
@@ -400,7 +403,7 @@ fn an_albedo_volume_colours_what_is_scattered() {
     };
     let colors: Vec<_> = (0..dims.element_product()).map(color).collect();
     s.medium.albedo_volume = Some(Arc::new(ColorVolume::new("colors", dims, &colors)));
-    let s = with_params(&s, params(1.0, Lighting::Indirect));
+    let s = with_params(&s, params(COARSE, Lighting::Indirect));
     let found = error(&render(&device, &s), &expected(&device, &s));
     // 8 bits a channel are 0.2 %.
     assert!(found < 4e-3, "{found}");
@@ -413,7 +416,7 @@ fn surfaces_are_shaded_by_the_gradient_where_it_is_steep() {
         let p = HalfAngleParams {
             surface,
             surface_gradient,
-            ..params(1.0, Lighting::Direct)
+            ..params(COARSE, Lighting::Direct)
         };
         render(&device, &with_params(&blob(), p))
     };

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::{cube, device, points, scene, volume, with};
 use glam::{DVec3, Vec3};
 use tyndall::gpu::{Device, GpuError};
-use tyndall::scene::{Light, Scene, Shading};
+use tyndall::scene::{HalfAngleParams, Light, Scene, Shading, TechniqueParams};
 use tyndall::technique::{RenderError, Renderer, ResourceKind, ResourcePlan};
 use tyndall::volume::ScalarType;
 
@@ -171,6 +171,66 @@ fn a_hazard_between_two_dispatches_is_a_failure() {
             .any(|m| m.contains("SYNC-HAZARD") || m.contains("layout")),
         "{messages:?}"
     );
+}
+
+/// Four slices of a small volume, light and view at an angle.
+fn sliced_scene() -> Scene {
+    let v = volume(cube(4), ScalarType::U8, |i| f64::from(i.x + i.y));
+    let mut s = scene(v, points(&[(0.0, Vec3::ONE, 0.1), (6.0, Vec3::ONE, 0.5)]));
+    (s.image.width, s.image.height) = (8, 8);
+    s.technique = TechniqueParams::HalfAngle(HalfAngleParams {
+        slice_spacing: 32.0,
+        light_buffer: Some(8),
+        ..HalfAngleParams::default()
+    });
+    s
+}
+
+#[test]
+fn the_barriers_between_slices_are_missed_when_left_out() {
+    const RAW: &str = "READ-AFTER-WRITE";
+    const WAR: &str = "WRITE-AFTER-READ";
+    const WAW: &str = "WRITE-AFTER-WRITE";
+    // Six barriers around the three clears, then each slice's three: the eye buffer's, the light buffer's that
+    // was read and that of the one written. Not here: those before a clear and before `compose` reads the
+    // image, which face earlier submissions, where validation does not look; those of the eye buffer between
+    // slices (6, 9, 12), as validation takes storage images that are read and written for written alone and
+    // reports no write after another of two dispatches; the last one read (13), which no slice writes again.
+    let needed = [
+        (1, RAW, "light_buffer"),
+        (3, WAW, "light_buffer_pong"),
+        (5, WAW, "eye_buffer"),
+        (7, WAR, "light_buffer"),
+        (8, RAW, "light_buffer_pong"),
+        (10, WAR, "light_buffer_pong"),
+        (11, RAW, "light_buffer"),
+        (14, RAW, "light_buffer_pong"),
+        (15, RAW, "eye_buffer"),
+    ];
+    let base = sliced_scene();
+    let mut brighter = base.clone();
+    for light in &mut brighter.lights {
+        let Light::Directional { irradiance, .. } = light else {
+            panic!("not directional");
+        };
+        *irradiance *= 2.0;
+    }
+    for (index, hazard, image) in needed {
+        let device = device();
+        let mut renderer = Renderer::new(&device, base.clone()).unwrap();
+        renderer.render(&mut |_, _, _| {}).unwrap();
+        // Of what a light's colour changes, the sweep is the only submission with so many barriers.
+        renderer.set_scene(brighter.clone()).unwrap();
+        device.omit_barrier(Some(index));
+        let Err(RenderError::Gpu(GpuError::Validation(messages))) =
+            renderer.render(&mut |_, _, _| {})
+        else {
+            panic!("barrier {index} of {image} is not missed");
+        };
+        let (hazard, image) = (format!("SYNC-HAZARD-{hazard}"), format!("[{image}]"));
+        let found = |m: &String| m.contains(&hazard) && m.contains(&image);
+        assert!(messages.iter().any(found), "{index}: {messages:?}");
+    }
 }
 
 #[test]
