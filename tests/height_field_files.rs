@@ -1,14 +1,17 @@
 //! Height fields from files: pictures and volume files, what scene files say of them, and what is refused.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+use std::fs::File;
 use std::path::Path;
 
 use glam::{DVec3, UVec3};
 use image::{GrayImage, ImageBuffer, Luma, Rgb, RgbImage};
 use tempfile::{TempDir, tempdir};
+use tiff::encoder::{TiffEncoder, colortype};
+use tiff::tags::Tag;
 use tyndall::scene::Scene;
 use tyndall::scene::file::{SceneError, SceneFile};
-use tyndall::volume::Volume;
+use tyndall::volume::{ReadOptions, Volume};
 
 /// A folder with maps of 6 x 4: heights of 8 and 16 bits and in a volume file, and colours.
 fn folder() -> TempDir {
@@ -35,7 +38,28 @@ fn folder() -> TempDir {
     write("metres.nrrd", |i| 100.0 + i as f32);
     write("hole.nrrd", |i| if i == 9 { f32::NAN } else { 1.0 });
     std::fs::write(at("broken.png"), b"\x89PNG\r\n\x1a\nnot really").unwrap();
+    std::fs::write(at("broken.tif"), b"II*\0\xff\xff\xff\xffnot really").unwrap();
+    survey(&at("survey.tif"), None);
+    survey(&at("gaps.tif"), Some("-3"));
+    let mut colors = TiffEncoder::new(File::create(at("colors.tif")).unwrap()).unwrap();
+    colors
+        .write_image::<colortype::RGB8>(2, 2, &[0; 12])
+        .unwrap();
     folder
+}
+
+/// 6 x 4 heights from -3 up, a row further from the upper edge 100 more, in columns 30 x 20 apart.
+fn survey(path: &Path, missing: Option<&str>) {
+    let heights: Vec<i16> = (0..24).map(|i| i % 6 + 100 * (i / 6) - 3).collect();
+    let mut encoder = TiffEncoder::new(File::create(path).unwrap()).unwrap();
+    let mut image = encoder.new_image::<colortype::GrayI16>(6, 4).unwrap();
+    let tags = image.encoder();
+    tags.write_tag(Tag::ModelPixelScaleTag, &[30.0, 20.0, 0.0][..])
+        .unwrap();
+    if let Some(missing) = missing {
+        tags.write_tag(Tag::GdalNodata, missing).unwrap();
+    }
+    image.write_data(&heights).unwrap();
 }
 
 fn resolve(folder: &Path, text: &str) -> Result<Scene, SceneError> {
@@ -109,6 +133,39 @@ fn a_volume_file_of_one_slice_keeps_its_units() {
 }
 
 #[test]
+fn a_survey_keeps_its_units_and_its_gaps() {
+    let folder = folder();
+    let text = "volume.height_field = { file = 'survey.tif', level = 0 }";
+    let v = resolve(folder.path(), text).unwrap().volume;
+    near(height(&v, 2, 3), -1.0);
+    near(height(&v, 5, 0), 302.0);
+    near(v.grid.world_bounds().1.x, 90.0);
+    near(v.grid.world_bounds().1.y, 40.0);
+    let text = "volume.height_field = { file = 'gaps.tif', level = 0 }";
+    let message = resolve(folder.path(), text).expect_err("a gap").to_string();
+    assert!(
+        message.contains("gaps.tif: found a height of NaN at column 0, 3"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_real_survey_is_read() {
+    let Ok(data) = std::env::var("TYNDALL_DATA") else {
+        eprintln!("skipped: TYNDALL_DATA is not set");
+        return;
+    };
+    let path = Path::new(&data).join("terrain/bigtujunga_1197x643_i16.tif");
+    let file = SceneFile::for_volume_file(&path, &ReadOptions::default(), &[]).unwrap();
+    let scene = file.resolve(&mut |_, _, _| {}).unwrap();
+    assert_eq!(
+        (scene.statistics.min, scene.statistics.max),
+        (315.0, 2295.0)
+    );
+    near(scene.volume.grid.world_bounds().1.x, 0.5 * 1197.0 * 30.0);
+}
+
+#[test]
 fn the_level_follows_the_pixels() {
     let folder = folder();
     let scene = |more: &str| {
@@ -164,6 +221,8 @@ fn what_is_wrong_is_named() {
             "file = 'grey8.png', scalars.file = 'hole.nrrd', colors.file = 'hole.nrrd'",
             "hole.nrrd: picture",
         ),
+        ("file = 'broken.tif'", "broken.tif: TIFF: found"),
+        ("file = 'colors.tif'", "expected a map of grey values"),
         ("procedural = { name = 'moon' }", "moon"),
         (
             "procedural = { name = 'terrain', resolution = 100000 }",

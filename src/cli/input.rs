@@ -16,8 +16,8 @@ use crate::volume::{PLACE, RawLayout, ReadOptions, ScalarType};
 #[derive(Args, Default)]
 pub(super) struct SceneArgs {
     /// A scene (.toml), a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .raw), a numbered series of such
-    /// files with {} for the number, as `flow_{}.vti`, a map of heights (.png), or a procedural volume: marschner_lobb, shepp_logan,
-    /// supernova, cloud, mechanical_part, cumulus. Default: the built-in scene.
+    /// files with {} for the number, as `flow_{}.vti`, a map of heights (.png .tif), or a procedural volume:
+    /// marschner_lobb, shepp_logan, supernova, cloud, mechanical_part, cumulus. Default: the built-in scene.
     pub(super) input: Option<PathBuf>,
     /// Override a key of the scene, e.g. `--set technique.ray_march.step=0.25`.
     #[arg(long = "set", value_name = "KEY=VALUE")]

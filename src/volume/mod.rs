@@ -2,6 +2,7 @@
 
 mod color;
 mod error;
+mod geo_tiff;
 mod grid;
 mod header_text;
 mod height_field;

@@ -74,7 +74,7 @@ pub fn read_picture_colors(path: &Path) -> Result<ColorVolume, VolumeError> {
     ))
 }
 
-fn name_of(path: &Path) -> String {
+pub(super) fn name_of(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
@@ -101,7 +101,7 @@ fn decode(path: &Path) -> Result<DynamicImage, VolumeError> {
 }
 
 /// The rows of a picture from its lower edge upwards.
-fn upwards<T: Copy>(pixels: &[T], dims: UVec2) -> Vec<T> {
+pub(super) fn upwards<T: Copy>(pixels: &[T], dims: UVec2) -> Vec<T> {
     let rows = pixels.chunks_exact(dims.x as usize).rev();
     rows.flat_map(|row| row.iter().copied()).collect()
 }

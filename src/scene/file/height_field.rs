@@ -34,14 +34,15 @@ const MOST_LEVELS: u32 = 16;
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HeightFieldSpec {
-    /// Heights: a grey PNG picture of 8 or 16 bits (black is 0, white 1, the upper edge lies towards +y), or a volume
-    /// file of one slice; relative to the scene file.
+    /// Heights: a grey PNG picture of 8 or 16 bits (black is 0, white 1), a grey TIFF (both with their upper edge towards
+    /// +y), or a volume file of one slice; relative to the scene file.
     pub file: Option<String>,
     /// Heights from a formula: `terrain` or `cumulus_field`.
     pub procedural: Option<HeightFormulaSpec>,
     /// World units along x and y. Default: what the file's spacing says; without one 2 along the longer side.
     pub size: Option<[f64; 2]>,
-    /// World units that a height of 1 stands for. Default: 1 for volume files, a fifth of the map's width for others.
+    /// World units that a height of 1 stands for. Default: 1 where the file states a spacing, a fifth of the map's width
+    /// elsewhere.
     pub height: Option<f64>,
     /// The medium's lower face, world units above the surface. Default: -1/64 of the map's longer side.
     pub bottom: Option<f64>,

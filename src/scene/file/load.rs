@@ -71,10 +71,9 @@ impl SceneFile {
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
         let file = toml::Value::from(path.to_string_lossy().into_owned());
-        let png = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        let key = if png {
+        let ending = path.extension().unwrap_or_default();
+        let maps = ["png", "tif", "tiff"];
+        let key = if maps.iter().any(|e| ending.eq_ignore_ascii_case(e)) {
             "volume.height_field.file"
         } else {
             "volume.file"

@@ -4,11 +4,9 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2, UVec3};
 
-use super::super::picture;
-use super::super::{
-    Grid, Rescale, Space, Volume, VolumeError, Voxels, read::ReadOptions, read::read,
-};
 use super::HeightField;
+use crate::volume::read::{ReadOptions, read};
+use crate::volume::{Grid, Rescale, Space, Volume, VolumeError, Voxels, geo_tiff, picture};
 
 /// Most layers of a grid: a field that is high and fine gets flat voxels.
 const MOST_LAYERS: f64 = 4096.0;
@@ -58,14 +56,17 @@ fn is_height(world: f64) -> bool {
 }
 
 impl HeightMap {
-    /// Reads a grey PNG picture, whose upper edge is that of largest y and whose values are 0 (black) to 1, or a volume
-    /// file of one slice.
+    /// Reads a grey PNG picture, whose values are 0 (black) to 1, a grey TIFF, both with their upper edge towards largest
+    /// y, or a volume file of one slice.
     ///
     /// # Errors
     /// Names the file, the field, what was found and what was expected.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, VolumeError> {
         if picture::is_png(path)? {
             return picture::read_grey(path);
+        }
+        if geo_tiff::is_tiff(path)? {
+            return geo_tiff::read_map(path);
         }
         let volume = read(path, options, &mut |_, _| {})?;
         let (d, spacing) = (volume.grid.dims, volume.grid.spacing());
