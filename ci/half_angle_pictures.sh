@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders the pictures of src/technique/half_angle/README.md: half_angle.png, half_angle_clouds.png and
-# half_angle_materials.png.
+# Renders the pictures of src/technique/half_angle/README.md: half_angle.png, half_angle_clouds.png,
+# half_angle_height_fields.png and half_angle_materials.png.
 #
 #   ci/half_angle_pictures.sh HEAD PYTHON [FOLDER]
 #
@@ -159,6 +159,12 @@ picture noise 1.2
 "$tyndall" -q render "$work/corona.toml" --size "$size" --tone-map reinhard --exposure 0 \
     --set image.samples_per_axis=2 -o "$work/$name/03.png"
 
+# Height fields [Fig. 13].
+cp assets/scenes/{terrain,cumulus_field}.toml "$work"
+sheet half_angle_height_fields 320x214
+picture terrain 0.7 technique.name=half_angle 'image.background=[0.25,0.35,0.5]'
+picture cumulus_field 1 technique.name=half_angle 'image.background=[0.05,0.1,0.2]'
+
 sheet half_angle_materials 120x120
 for color in 0.85,0.85,0.85 0.92,0.75,0.65 0.65,0.9,0.7 0.65,0.78,0.94; do
     picture white 0.5 "transport_color=[$color]"
@@ -178,7 +184,8 @@ picture red 0 surface=gradient surface_gradient=0.05 specular=0.6
 import glob, sys
 from PIL import Image
 work, out = sys.argv[1:]
-for name, columns in [("half_angle", 4), ("half_angle_clouds", 2), ("half_angle_materials", 4)]:
+for name, columns in [("half_angle", 4), ("half_angle_clouds", 2), ("half_angle_height_fields", 2),
+                      ("half_angle_materials", 4)]:
     tiles = [Image.open(f).convert("RGB") for f in sorted(glob.glob(f"{work}/{name}/*.png"))]
     width, height = tiles[0].size
     sheet = Image.new("RGB", (columns * width, len(tiles) // columns * height))
