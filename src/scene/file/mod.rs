@@ -5,6 +5,7 @@
 //! line, column and key, what was found and what was expected.
 
 mod check_medium;
+mod check_technique;
 mod color;
 mod describe;
 mod error;
@@ -13,8 +14,10 @@ mod keys;
 mod load;
 mod overrides;
 mod resolve;
+mod resolve_technique;
 mod spec;
 mod spec_medium;
+mod spec_technique;
 mod steps;
 mod validate;
 mod wording;
@@ -28,10 +31,11 @@ pub use overrides::Override;
 pub use resolve::Progress;
 pub use spec::{
     BoxSpec, CameraSpec, ClipSpec, ColorSpace, DirectionalSpec, Endian, EnvironmentSpec,
-    ExposureSpec, ImageSpec, LightSpec, ProceduralSpec, RayMarchSpec, SceneSpec, ShadingSpec,
-    TechniqueSpec, TransferFunctionSpec, VolumeSpec,
+    ExposureSpec, ImageSpec, LightSpec, ProceduralSpec, SceneSpec, TransferFunctionSpec,
+    VolumeSpec,
 };
 pub use spec_medium::{MediumSpec, OctaveSpec, PerturbationSpec, PrimitiveSpec};
+pub use spec_technique::{RayMarchSpec, ShadingSpec, TechniqueSpec};
 
 /// The JSON Schema of scene files, also published as `assets/scene.schema.json`.
 #[must_use]
