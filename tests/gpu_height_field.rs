@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3, UVec2, UVec3, Vec3};
 use materials::{assert_all_see_the_equations, every_technique, shapes};
 use tyndall::scene::transfer_function::{Primitive, Shape};
 use tyndall::scene::{
-    Octave, Perturbation, Projection, Scene, SingleScatterParams, TechniqueParams,
+    Light, Octave, Perturbation, Projection, Scene, Shading, SingleScatterParams, TechniqueParams,
 };
 use tyndall::technique::medium::Table;
 use tyndall::technique::path_trace::leaves;
@@ -49,6 +49,7 @@ fn field(map: &HeightMap, scalars: Option<HeightMap>, layer: Layer) -> Volume {
         size: DVec2::new(24.0, 20.0),
         height: 2.5,
         layer,
+        margin: 0.0,
     };
     map.volume(scalars, &sheet).unwrap()
 }
@@ -141,6 +142,91 @@ fn paths_are_those_of_the_textbook() {
     let mut s = hills();
     s.medium.perturbation = Some(noise());
     assert_estimators_agree("moving hills", &device, &traced(s, 1600, None));
+    // One extinction for all values: neither the walk's shortcut for a straight line nor the one leaf of a thin medium
+    // forgets where the layer ends.
+    for opacity in [0.2, 0.002] {
+        let mut s = hills();
+        s.medium.transfer_function = constant(Vec3::new(0.9, 0.6, 0.4), opacity);
+        assert_estimators_agree("even hills", &device, &traced(s, 1600, None));
+    }
+}
+
+#[test]
+fn a_slope_is_lit_as_it_lies() {
+    // From its edges to its middle, in a box of many layers and of few.
+    let device = device();
+    for (slope, bottom) in [(0.0, -0.02), (0.0, -4.0), (0.5, -1.0), (-0.4, -1.0)] {
+        let layer = Layer {
+            bottom,
+            top: 0.0,
+            ramp: -0.25 * bottom,
+        };
+        let columns = |p: DVec2| slope * 24.0 * (p.x + 0.5 / 24.0) / 2.5;
+        let mut s = scene(
+            field(&map(UVec2::new(24, 20), columns), None, layer),
+            constant(Vec3::ONE, 1.0 - 1e-6),
+        );
+        s.medium.density_scale = 50.0;
+        s.camera.eye = s.camera.target + 100.0 * DVec3::Z;
+        s.camera.up = DVec3::Y;
+        s.camera.projection = Projection::Orthographic { height: 19.0 };
+        let normal = DVec3::new(-slope, 0.0, 1.0).normalize();
+        let direction = DVec3::new(0.6, 0.0, -0.8);
+        s.lights = vec![Light::Directional {
+            direction,
+            irradiance: Vec3::splat(std::f32::consts::PI),
+        }];
+        let shading = Shading {
+            ambient: 0.0,
+            diffuse: 1.0,
+            specular: 0.0,
+            ..Shading::default()
+        };
+        let image = render(
+            &device,
+            &with(s, |p| (p.step, p.shading) = (0.25, Some(shading))),
+        );
+        let expected = -normal.dot(direction);
+        for pixel in &image.pixels {
+            let found = f64::from(pixel[0]);
+            assert!(
+                (found - expected).abs() < 2e-3,
+                "{slope}: {found}, {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn holes_of_the_scalars_are_empty() {
+    let device = device();
+    let dims = UVec2::new(24, 20);
+    let scalars = map(dims, |p| if p.x > 0.5 { f64::NAN } else { 1.0 });
+    let mut s = scene(
+        field(&map(dims, |_| 1.0), Some(scalars), LAYER),
+        constant(Vec3::ONE, 0.5),
+    );
+    s.camera.eye = s.camera.target + 100.0 * DVec3::Z;
+    s.camera.up = DVec3::Y;
+    for s in every_technique(&s)
+        .into_iter()
+        .chain([traced(s.clone(), 16, None)])
+    {
+        let image = render(&device, &s);
+        let (left, right): (Vec<_>, Vec<_>) = (0..32 * 32)
+            .filter(|i| (8..24).contains(&(i / 32)))
+            .partition(|i| i % 32 < 15);
+        let solid = left.iter().filter(|i| image.pixels[**i][3] > 0.5).count();
+        let seen = right
+            .iter()
+            .filter(|i| *i % 32 > 16 && image.pixels[**i][3] > 0.0)
+            .count();
+        assert!(
+            solid > 100 && seen == 0,
+            "{}: {solid}, {seen}",
+            s.technique.name()
+        );
+    }
 }
 
 #[test]
@@ -270,6 +356,7 @@ fn nothing_is_stored_along_z() {
         size: DVec2::splat(20.0),
         height: 2.5,
         layer: LAYER,
+        margin: 0.0,
     };
     let v = heights.volume(None, &sheet).unwrap();
     let grid = v.grid.dims;

@@ -4,14 +4,14 @@
 use std::fs::File;
 use std::path::Path;
 
-use glam::{DVec3, UVec3};
+use glam::{DVec2, DVec3, UVec3};
 use image::{GrayImage, ImageBuffer, Luma, Rgb, RgbImage};
 use tempfile::{TempDir, tempdir};
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 use tyndall::scene::Scene;
-use tyndall::scene::file::{SceneError, SceneFile};
-use tyndall::volume::{ReadOptions, Volume};
+use tyndall::scene::file::{Override, SceneError, SceneFile};
+use tyndall::volume::{HeightMap, ReadOptions, Volume};
 
 /// A folder with maps of 6 x 4: heights of 8 and 16 bits and in a volume file, and colours.
 fn folder() -> TempDir {
@@ -41,6 +41,22 @@ fn folder() -> TempDir {
     std::fs::write(at("broken.tif"), b"II*\0\xff\xff\xff\xffnot really").unwrap();
     survey(&at("survey.tif"), None);
     survey(&at("gaps.tif"), Some("-3"));
+    degrees(&at("degrees.tif"), true);
+    degrees(&at("nowhere.tif"), false);
+    let mut plain = TiffEncoder::new(File::create(at("plain.tif")).unwrap()).unwrap();
+    let levels: Vec<u16> = (0..24).map(|i| i * 2849).collect();
+    plain
+        .write_image::<colortype::Gray16>(6, 4, &levels)
+        .unwrap();
+    let turned = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 6 4 1\nspace dimension: 3\nendian: little\n\
+                  space directions: (-1,0,0) (0,2,0) (0,0,1)\nencoding: raw\n\n";
+    let mut bytes = turned.as_bytes().to_vec();
+    bytes.extend(0..24);
+    std::fs::write(at("turned.nrrd"), &bytes).unwrap();
+    let text = turned.replace("(-1,0,0) (0,2,0)", "(1,1,0) (-1,1,0)");
+    let mut bytes = text.into_bytes();
+    bytes.extend(0..24);
+    std::fs::write(at("aslant.nrrd"), &bytes).unwrap();
     let mut colors = TiffEncoder::new(File::create(at("colors.tif")).unwrap()).unwrap();
     colors
         .write_image::<colortype::RGB8>(2, 2, &[0; 12])
@@ -58,6 +74,26 @@ fn survey(path: &Path, missing: Option<&str>) {
         .unwrap();
     if let Some(missing) = missing {
         tags.write_tag(Tag::GdalNodata, missing).unwrap();
+    }
+    image.write_data(&heights).unwrap();
+}
+
+/// A float map a hundredth of a degree from column to column, its upper edge at 60 degrees north, one value missing.
+fn degrees(path: &Path, tied: bool) {
+    let heights: Vec<f32> = (0..24)
+        .map(|i| if i == 8 { -9999.9 } else { 100.0 })
+        .collect();
+    let mut encoder = TiffEncoder::new(File::create(path).unwrap()).unwrap();
+    let mut image = encoder.new_image::<colortype::Gray32Float>(6, 4).unwrap();
+    let tags = image.encoder();
+    tags.write_tag(Tag::ModelPixelScaleTag, &[0.01, 0.01, 0.0][..])
+        .unwrap();
+    tags.write_tag(Tag::GeoKeyDirectoryTag, &[1u16, 1, 0, 1, 1024, 0, 1, 2][..])
+        .unwrap();
+    tags.write_tag(Tag::GdalNodata, "-9999.9").unwrap();
+    if tied {
+        let tie = [0.0, 0.0, 0.0, 10.0, 60.0, 0.0];
+        tags.write_tag(Tag::ModelTiepointTag, &tie[..]).unwrap();
     }
     image.write_data(&heights).unwrap();
 }
@@ -150,6 +186,62 @@ fn a_survey_keeps_its_units_and_its_gaps() {
 }
 
 #[test]
+fn degrees_become_metres() {
+    let folder = folder();
+    let map = HeightMap::read(&folder.path().join("degrees.tif"), &ReadOptions::default()).unwrap();
+    // A degree is 111.2 km of a meridian, and half of that, nearly, along the parallel of 59.98 degrees.
+    let expected = 1111.95 * DVec2::new(59.98_f64.to_radians().cos(), 1.0);
+    assert!((map.spacing.unwrap() - expected).length() < 0.1);
+    // Rows upwards: the third of the second row from the top.
+    let missing: Vec<_> = (0..24).filter(|i| map.voxels.get(*i).is_nan()).collect();
+    assert_eq!(missing, [14]);
+}
+
+#[test]
+fn a_picture_in_a_tiff_counts_from_0_to_1() {
+    let folder = folder();
+    let text = "volume.height_field = { file = 'plain.tif', level = 0 }";
+    let v = resolve(folder.path(), text).unwrap().volume;
+    near(v.value(5), 23.0 * 2849.0 / 65535.0);
+    near(height(&v, 5, 0), 0.4 * 23.0 * 2849.0 / 65535.0);
+    near(v.grid.world_bounds().1.x, 1.0);
+}
+
+#[test]
+fn a_slice_lies_as_its_directions_say() {
+    let folder = folder();
+    let text = "volume.height_field = { file = 'turned.nrrd', level = 0 }";
+    let v = resolve(folder.path(), text).unwrap().volume;
+    near(height(&v, 0, 0), 5.0);
+    near(height(&v, 5, 3), 18.0);
+    let (low, high) = v.grid.world_bounds();
+    near(high.y - low.y, 8.0);
+}
+
+#[test]
+fn a_source_takes_the_place_of_another() {
+    let set = |text: &str, key: &str| {
+        SceneFile::parse(text, "s.toml", "".into(), &[Override::parse(key).unwrap()]).unwrap()
+    };
+    let formula = "volume.height_field.procedural.name = 'terrain'";
+    let file = set(formula, "volume.height_field.file=x.png");
+    let field = file.spec.volume.height_field.unwrap();
+    assert!(field.procedural.is_none() && field.file.unwrap().ends_with("x.png"));
+    assert!(
+        set(formula, "volume.file=x.nrrd")
+            .spec
+            .volume
+            .height_field
+            .is_none()
+    );
+    let file = set(
+        "volume.file = 'x.nrrd'",
+        "volume.height_field.procedural.name=terrain",
+    );
+    assert!(file.spec.volume.file.is_none());
+}
+
+#[test]
 fn a_real_survey_is_read() {
     let Ok(data) = std::env::var("TYNDALL_DATA") else {
         eprintln!("skipped: TYNDALL_DATA is not set");
@@ -215,14 +307,35 @@ fn what_is_wrong_is_named() {
         ("file = 'grey8.png', height = 1e300", "found a height of"),
         (
             "file = 'grey8.png', colors.file = 'narrow.png'",
-            "found 5 x 4 x 1 voxels, expected the 6 x 4 x 1",
+            "found 5 x 4 pixels, expected the 6 x 4 of the map",
         ),
         (
             "file = 'grey8.png', scalars.file = 'hole.nrrd', colors.file = 'hole.nrrd'",
             "hole.nrrd: picture",
         ),
         ("file = 'broken.tif'", "broken.tif: TIFF: found"),
-        ("file = 'colors.tif'", "expected a map of grey values"),
+        (
+            "file = 'colors.tif'",
+            "expected grey values of 8, 16, 32 or 64 bits",
+        ),
+        (
+            "file = 'nowhere.tif'",
+            "nowhere.tif: TIFF: found None, expected a latitude",
+        ),
+        ("file = 'aslant.nrrd'", "aslant.nrrd: directions: found"),
+        (
+            "file = 'grey8.png', bottom = -1e300, top = 1e300",
+            "expected lengths below 1e38",
+        ),
+        (
+            "file = 'grey8.png', height = 1, size = [1e300, 1e300]",
+            "expected lengths below 1e38",
+        ),
+        (
+            "file = 'grey8.png', ramp = 1e-300",
+            "raise `volume.height_field.ramp`",
+        ),
+        ("file = 'x.jpg'", "x.jpg"),
         ("procedural = { name = 'moon' }", "moon"),
         (
             "procedural = { name = 'terrain', resolution = 100000 }",

@@ -19,7 +19,7 @@ use tyndall::technique::medium::MediumPlan;
 use tyndall::technique::path_trace::leaves;
 use tyndall::technique::summed_area::{FieldKind, FieldPlan, ScanForm};
 use tyndall::technique::{Input, Plan, PlanError, ResourceKind, medium, plan};
-use tyndall::volume::{Grid, ScalarType};
+use tyndall::volume::{Grid, HeightMap, Layer, Rescale, ScalarType, Sheet, Voxels};
 
 /// A modest desktop GPU.
 const LIMITS: Limits = Limits {
@@ -90,7 +90,8 @@ fn a_scene_gets_only_what_it_can_show() {
             ("BLOCK", 4),
             ("GRADIENTS", 0),
             ("DISPLACED", 0),
-            ("VARIED", 0)
+            ("VARIED", 0),
+            ("HEIGHT_FIELD", 0)
         ]
     );
     assert!(!has(&p, "noise") && left_out(&p, "noise").is_some());
@@ -817,4 +818,54 @@ fn half_angle_refuses_more_slices_than_a_shader_has_rounds() {
         message.contains("half_angle.slice_spacing") && message.contains("raise the spacing"),
         "{message}"
     );
+}
+
+#[test]
+fn a_height_field_needs_no_volume() {
+    let map = HeightMap {
+        name: "steep".to_owned(),
+        dims: glam::UVec2::new(600, 500),
+        voxels: Voxels::U16((0..300_000).map(|i| (i % 600) as u16).collect()),
+        rescale: Rescale::IDENTITY,
+        spacing: None,
+        spatial_unit: None,
+    };
+    let sheet = Sheet {
+        size: glam::DVec2::new(6.0, 5.0),
+        height: 0.05,
+        layer: Layer {
+            bottom: -0.1,
+            top: 0.0,
+            ramp: 0.05,
+        },
+        margin: 0.0,
+    };
+    let mut s = scene(map.volume(None, &sheet).unwrap(), constant(Vec3::ONE, 0.5));
+    let dims = s.volume.grid.dims;
+    // Higher than 3D images may be, which none is.
+    assert!(dims.z > LIMITS.max_image_3d, "{dims}");
+    let plan = MediumPlan::new(&s, None, &LIMITS).unwrap();
+    assert_eq!(plan.stored, UVec3::new(600, 500, 1));
+    let cells = plan.cells.unwrap();
+    assert!(
+        cells.size > 4 && cells.dims.element_product() <= 1 << 20,
+        "{cells:?}"
+    );
+    let of = |name: &str| plan.resources().into_iter().find(|r| r.name == name);
+    assert_eq!(of("volume").unwrap().bytes, 2 * 300_000);
+    assert_eq!(of("surface_heights").unwrap().bytes, 4 * 300_000);
+    assert!(plan.omitted().iter().all(|o| o.what != "surface_heights"));
+    let limits = Limits {
+        max_image_3d: 512,
+        ..LIMITS
+    };
+    let message = MediumPlan::new(&s, None, &limits).unwrap_err().to_string();
+    assert!(
+        message.contains("raise volume.height_field.level"),
+        "{message}"
+    );
+    // A volume has none.
+    s.volume = Arc::new(volume(cube(4), ScalarType::U8, |_| 1.0));
+    let plan = MediumPlan::new(&s, None, &LIMITS).unwrap();
+    assert!(plan.omitted().iter().any(|o| o.what == "surface_heights"));
 }

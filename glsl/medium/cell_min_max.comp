@@ -25,7 +25,8 @@ bool is_met(ivec3 lo, ivec3 hi) {
             range = vec2(min(range.x, height), max(range.y, height));
         }
     range += push.faces;
-    return float(hi.z) >= range.x && float(lo.z) <= range.y;
+    // Samples lie up to half a voxel beyond the outermost centres.
+    return float(hi.z) + 0.5 >= range.x && float(lo.z) - 0.5 <= range.y;
 }
 
 void main() {

@@ -89,7 +89,10 @@ vec3 looked_up(vec3 q) {
             vec3 at = x * displacing[i].w + displacing[i].xyz;
             moved += displacement[i] * (2.0 * textureLod(noise, at, 0.0).rgb - 1.0);
         }
-        q = clamp(q + grid_from_world * moved, vec3(0.0), last_voxel);
+        q += grid_from_world * moved;
+        // The surface is where it is, above and below the box too.
+        if (HEIGHT_FIELD) q.xy = clamp(q.xy, vec2(0.0), last_voxel.xy);
+        else q = clamp(q, vec3(0.0), last_voxel);
     }
     return q;
 }
@@ -155,9 +158,16 @@ float shaped(vec3 q) {
 vec3 differences_of_shape(vec3 q) {
     q = clamp(q, vec3(0.0), last_voxel);
     vec3 behind = max(q - 1.0, vec3(0.0)), ahead = min(q + 1.0, last_voxel);
-    return vec3(shaped(vec3(ahead.x, q.yz)) - shaped(vec3(behind.x, q.yz)),
-                shaped(vec3(q.x, ahead.y, q.z)) - shaped(vec3(q.x, behind.y, q.z)),
-                shaped(vec3(q.xy, ahead.z)) - shaped(vec3(q.xy, behind.z)));
+    vec3 stretch = vec3(1.0);
+    if (HEIGHT_FIELD) {
+        // Slopes are told from heights, which do not end at the box, whole at its sides too.
+        behind.z = q.z - 1.0;
+        ahead.z = q.z + 1.0;
+        stretch = 2.0 / max(ahead - behind, vec3(1e-6));
+    }
+    return stretch * vec3(shaped(vec3(ahead.x, q.yz)) - shaped(vec3(behind.x, q.yz)),
+                          shaped(vec3(q.x, ahead.y, q.z)) - shaped(vec3(q.x, behind.y, q.z)),
+                          shaped(vec3(q.xy, ahead.z)) - shaped(vec3(q.xy, behind.z)));
 }
 
 // Differences between one voxel ahead and one behind q along x, y, z, both clamped at the faces: of the medium as it

@@ -316,6 +316,15 @@ fn remark(global: &Global, scene: &Scene) {
             scene.volume.name, s.nan, s.infinite
         );
     }
+    let level = scene.volume.height_field.as_ref().map_or(0, |f| f.level);
+    if !global.quiet && level > 0 {
+        let stored = scene.volume.stored_dims();
+        eprintln!(
+            "height field: halved {level} time(s), to {} x {} columns, as fine as the image needs \
+             (volume.height_field.level)",
+            stored.x, stored.y
+        );
+    }
     if !global.quiet {
         eprintln!("transfer function: {}", scene.medium.transfer_function.name);
     }

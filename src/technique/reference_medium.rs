@@ -59,7 +59,14 @@ impl<'a> ReferenceMedium<'a> {
     pub(super) fn differences(&self, q: DVec3) -> DVec3 {
         let volume = &self.scene.volume;
         match &volume.height_field {
-            Some(field) => self.differences_of(q, |q| field.above(&volume.grid, self.looked_up(q))),
+            Some(field) => {
+                let above = |q| field.above(&volume.grid, self.looked_up(q));
+                // Slopes are whole at the sides too, and along z nothing ends at the box.
+                let (behind, ahead) = self.beside(q);
+                let whole = 2.0 / (ahead - behind).max(DVec3::splat(1e-6));
+                let differences = whole * self.differences_of(q, above);
+                differences.with_z(above(q + DVec3::Z) - above(q - DVec3::Z))
+            }
             None => self.differences_of(q, |q| self.value(q)),
         }
     }
@@ -84,9 +91,16 @@ impl<'a> ReferenceMedium<'a> {
     /// Where the medium at grid coordinates is looked up in the volume.
     fn looked_up(&self, q: DVec3) -> DVec3 {
         let index_from_world = self.index_from_world;
-        let last = self.scene.volume.grid.dims.as_dvec3() - 1.0;
+        let volume = &self.scene.volume;
+        let last = volume.grid.dims.as_dvec3() - 1.0;
         self.perturbed(q).map_or(q, |p| {
-            (q + index_from_world.transform_vector3(p.displacement)).clamp(DVec3::ZERO, last)
+            let moved = q + index_from_world.transform_vector3(p.displacement);
+            let inside = moved.clamp(DVec3::ZERO, last);
+            // A height field's surface is where it is, above and below the box too.
+            match &volume.height_field {
+                Some(_) => inside.with_z(moved.z),
+                None => inside,
+            }
         })
     }
 

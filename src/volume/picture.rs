@@ -1,13 +1,14 @@
 //! Maps from PNG pictures. A picture's upper edge is that of largest y.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::BufReader;
 use std::path::Path;
 
-use glam::{UVec2, UVec3};
+use glam::UVec2;
 use image::codecs::png::PngDecoder;
 use image::{DynamicImage, ImageDecoder};
 
+use super::payload::first_bytes;
 use super::source::open_regular;
 use super::{ColorVolume, HeightMap, Rescale, VolumeError, Voxels};
 use crate::output::MAX_PIXELS;
@@ -18,12 +19,7 @@ use crate::scene::linear_from_srgb;
 /// # Errors
 /// It cannot be read.
 pub(super) fn is_png(path: &Path) -> Result<bool, VolumeError> {
-    let (file, _) = open_regular(path)?;
-    let mut first = Vec::new();
-    file.take(8)
-        .read_to_end(&mut first)
-        .map_err(|e| VolumeError::io(path, "read", e))?;
-    Ok(first == b"\x89PNG\r\n\x1a\n")
+    Ok(first_bytes(path, 8)?.bytes == b"\x89PNG\r\n\x1a\n")
 }
 
 /// A grey picture of 8 or 16 bits; black is 0, white 1.
@@ -31,7 +27,7 @@ pub(super) fn is_png(path: &Path) -> Result<bool, VolumeError> {
 /// # Errors
 /// It cannot be read, or has colours.
 pub(super) fn read_grey(path: &Path) -> Result<HeightMap, VolumeError> {
-    let picture = decode(path)?;
+    let picture = decode(path, None)?;
     let dims = UVec2::new(picture.width(), picture.height());
     let (voxels, white) = match picture {
         DynamicImage::ImageLuma8(p) => (Voxels::U8(upwards(&p, dims)), 255.0),
@@ -55,23 +51,18 @@ pub(super) fn read_grey(path: &Path) -> Result<HeightMap, VolumeError> {
     })
 }
 
-/// A picture's colours as linear ones over a plane.
+/// A picture's colours as linear ones over a plane of `dims` columns.
 ///
 /// # Errors
-/// It cannot be read.
-pub fn read_picture_colors(path: &Path) -> Result<ColorVolume, VolumeError> {
-    let picture = decode(path)?.into_rgb32f();
-    let dims = UVec2::new(picture.width(), picture.height());
-    let linear: Vec<[f32; 3]> = picture
-        .pixels()
-        .map(|p| p.0.map(linear_from_srgb))
+/// It cannot be read, or has other dimensions: told before it is decoded.
+pub fn read_picture_colors(path: &Path, dims: UVec2) -> Result<ColorVolume, VolumeError> {
+    let picture = decode(path, Some(dims))?.into_rgb32f();
+    let rows = picture.as_raw().chunks_exact(3 * dims.x as usize).rev();
+    let colors: Vec<[f32; 3]> = rows
+        .flat_map(|row| row.chunks_exact(3))
+        .map(|c| [c[0], c[1], c[2]].map(linear_from_srgb))
         .collect();
-    let colors = upwards(&linear, dims);
-    Ok(ColorVolume::new(
-        &name_of(path),
-        UVec3::new(dims.x, dims.y, 1),
-        &colors,
-    ))
+    Ok(ColorVolume::new(&name_of(path), dims.extend(1), &colors))
 }
 
 pub(super) fn name_of(path: &Path) -> String {
@@ -79,7 +70,7 @@ pub(super) fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-fn decode(path: &Path) -> Result<DynamicImage, VolumeError> {
+fn decode(path: &Path, wanted: Option<UVec2>) -> Result<DynamicImage, VolumeError> {
     let (file, _): (File, u64) = open_regular(path)?;
     let broken = |e: image::ImageError| {
         VolumeError::field(
@@ -95,6 +86,11 @@ fn decode(path: &Path) -> Result<DynamicImage, VolumeError> {
     if !(1..=MAX_PIXELS).contains(&size) {
         let found = format!("{width} x {height} pixels");
         let expected = format!("1 to {MAX_PIXELS} in all");
+        return Err(VolumeError::field(path, "picture", found, expected));
+    }
+    if let Some(d) = wanted.filter(|d| *d != UVec2::new(width, height)) {
+        let found = format!("{width} x {height} pixels");
+        let expected = format!("the {} x {} of the map that it colours", d.x, d.y);
         return Err(VolumeError::field(path, "picture", found, expected));
     }
     DynamicImage::from_decoder(decoder).map_err(broken)

@@ -42,7 +42,8 @@ pub type Progress<'a> = &'a mut dyn FnMut(u64, u64);
 
 const FORMATS: &str = "NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 (.nii, .nii.gz, .hdr), \
                        VTK image data (.vti), or headerless voxels with their layout (--dims X,Y,Z --type u8|... \
-                       --spacing X,Y,Z --endian little|big)";
+                       --spacing X,Y,Z --endian little|big); pictures (.png, .tif) are maps of heights, \
+                       volume.height_field.file";
 
 /// Reads only the header (of a [`Series`], that of the step [`ReadOptions::time`]): checks everything it says but the length of the voxel data.
 ///

@@ -134,6 +134,24 @@ impl Voxels {
         self.len() == 0
     }
 
+    /// The values at these indices, in their order.
+    ///
+    /// # Panics
+    /// If an index is out of range.
+    #[must_use]
+    pub fn gathered(&self, indices: impl Iterator<Item = usize>) -> Self {
+        match self {
+            Self::U8(v) => Self::U8(indices.map(|i| v[i]).collect()),
+            Self::I8(v) => Self::I8(indices.map(|i| v[i]).collect()),
+            Self::U16(v) => Self::U16(indices.map(|i| v[i]).collect()),
+            Self::I16(v) => Self::I16(indices.map(|i| v[i]).collect()),
+            Self::U32(v) => Self::U32(indices.map(|i| v[i]).collect()),
+            Self::I32(v) => Self::I32(indices.map(|i| v[i]).collect()),
+            Self::F32(v) => Self::F32(indices.map(|i| v[i]).collect()),
+            Self::F64(v) => Self::F64(indices.map(|i| v[i]).collect()),
+        }
+    }
+
     /// The stored value as f64 (exact for every type).
     ///
     /// # Panics

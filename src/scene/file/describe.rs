@@ -40,11 +40,15 @@ pub fn describe(scene: &Scene) -> Value {
             "unit": v.spatial_unit,
             "slope": v.rescale.slope,
             "intercept": v.rescale.intercept,
-            "height_field": v.height_field.as_ref().map(|f| json!({
-                "bottom": f.bottom,
-                "top": f.top,
-                "ramp": f.ramp,
-            })),
+            "height_field": v.height_field.as_ref().map(|f| {
+                let layer = v.grid.spacing().z;
+                json!({
+                    "bottom": f.bottom * layer,
+                    "top": f.top * layer,
+                    "ramp": f.ramp * layer,
+                    "level": f.level,
+                })
+            }),
             "range": [scene.statistics.min, scene.statistics.max],
         },
         "transfer_function": {

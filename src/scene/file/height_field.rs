@@ -41,15 +41,16 @@ pub struct HeightFieldSpec {
     pub procedural: Option<HeightFormulaSpec>,
     /// World units along x and y. Default: what the file's spacing says; without one 2 along the longer side.
     pub size: Option<[f64; 2]>,
-    /// World units that a height of 1 stands for. Default: 1 where the file states a spacing, a fifth of the map's width
-    /// elsewhere.
+    /// World units that a height of 1 stands for. Default: 1 where the file states a spacing; elsewhere a fifth of the
+    /// map's width, or less where heights exceed 1, so that the highest has that.
     pub height: Option<f64>,
     /// The medium's lower face, world units above the surface. Default: -1/64 of the map's longer side.
     pub bottom: Option<f64>,
     /// The medium's upper face, world units above the surface; above `bottom`. Default: 0.
     pub top: Option<f64>,
     /// World units from either face over which the medium becomes as dense as the transfer function makes it, above
-    /// 0. Default: 1/256 of the map's longer side.
+    /// 0; over more than half the layer it never does. Default: 1/256 of the map's longer side, at most a quarter of the
+    /// layer.
     pub ramp: Option<f64>,
     /// Colours that take the place of the transfer function's in the scattering albedo: a PNG picture as large as
     /// the map.
@@ -57,7 +58,8 @@ pub struct HeightFieldSpec {
     /// Data values in place of heights, as large as the map: read as `file` is.
     pub scalars: Option<MapFileSpec>,
     /// How often the map is halved before it is rendered. Default: as often as two columns are no wider than the pixel
-    /// that sees them from nearest by.
+    /// that sees them from nearest by. At most 16.
+    #[schemars(range(max = 16))]
     pub level: Option<u32>,
 }
 
@@ -139,7 +141,9 @@ impl SceneFile {
             (None, None) => HeightFormula::Terrain.map(RESOLUTION),
         };
         let scalars = h.scalars.as_ref().map(|s| read(&s.file)).transpose()?;
-        map.volume(scalars, &sheet(h, &map))
+        let noise = self.perturbation(0);
+        let margin = noise.map_or(0.0, |p| p.largest_displacement());
+        map.volume(scalars, &sheet(h, &map, margin))
             .map_err(SceneError::plain)
     }
 
@@ -153,9 +157,8 @@ impl SceneFile {
             return Ok(None);
         };
         let path = self.folder.join(&colors.file);
-        let colors = read_picture_colors(&path)?;
-        super::resolve::check_colors(&path, &colors, volume)?;
-        Ok(Some(colors))
+        let dims = volume.stored_dims().truncate();
+        Ok(Some(read_picture_colors(&path, dims)?))
     }
 
     /// Halves the map as often as the image allows.
@@ -201,28 +204,28 @@ fn finest_pixel(scene: &Scene) -> f64 {
     }
 }
 
-/// How the map becomes a medium, what the scene leaves open chosen.
-fn sheet(h: &HeightFieldSpec, map: &HeightMap) -> Sheet {
+/// How the map becomes a medium, what the scene leaves open chosen; `margin` is how far noise may move it.
+fn sheet(h: &HeightFieldSpec, map: &HeightMap, margin: f64) -> Sheet {
     let dims = map.dims.as_dvec2();
     let whole = map
         .spacing
-        .map_or_else(|| 2.0 * dims / dims.max_element(), |spacing| spacing * dims);
+        .map_or(2.0 * dims / dims.max_element(), |spacing| spacing * dims);
     let size = h.size.map_or(whole, DVec2::from);
     let longer = size.max_element();
-    let without_unit = || HEIGHT * size.x;
-    let height = if map.spacing.is_some() {
-        1.0
-    } else {
-        without_unit()
-    };
+    let height = h.height.unwrap_or_else(|| match map.spacing {
+        Some(_) => 1.0,
+        None => HEIGHT * size.x / map.largest().max(1.0),
+    });
     let top = h.top.unwrap_or(0.0);
+    let bottom = h.bottom.unwrap_or(top - THICKNESS * longer);
     Sheet {
         size,
-        height: h.height.unwrap_or(height),
+        height,
         layer: Layer {
-            bottom: h.bottom.unwrap_or(top - THICKNESS * longer),
+            bottom,
             top,
-            ramp: h.ramp.unwrap_or(RAMP * longer),
+            ramp: h.ramp.unwrap_or((RAMP * longer).min(0.25 * (top - bottom))),
         },
+        margin,
     }
 }

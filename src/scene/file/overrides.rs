@@ -18,8 +18,12 @@ pub struct Override {
 }
 
 /// Keys of which a table holds one group: setting a key of one removes the others.
-const ALTERNATIVES: [(&str, &[&[&str]]); 6] = [
-    ("volume", &[&["file", "raw", "time"], &["procedural"]]),
+const ALTERNATIVES: [(&str, &[&[&str]]); 7] = [
+    (
+        "volume",
+        &[&["file", "raw", "time"], &["procedural"], &["height_field"]],
+    ),
+    ("volume.height_field", &[&["file"], &["procedural"]]),
     (
         "transfer_function",
         &[

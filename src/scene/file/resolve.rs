@@ -272,11 +272,7 @@ impl SceneFile {
 }
 
 /// Refuses colours that are not one a voxel.
-pub(super) fn check_colors(
-    path: &Path,
-    colors: &ColorVolume,
-    volume: &Volume,
-) -> Result<(), SceneError> {
+fn check_colors(path: &Path, colors: &ColorVolume, volume: &Volume) -> Result<(), SceneError> {
     if colors.dims == volume.stored_dims() {
         return Ok(());
     }

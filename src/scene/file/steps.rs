@@ -25,7 +25,7 @@ impl SceneFile {
     pub fn set_time(&mut self, step: u32) -> Result<(), SceneError> {
         if self.spec.volume.file.is_none() && !self.moves() {
             return Err(SceneError::plain(
-                "volume: found a formula, expected a file or a series of files, which have time steps, or noise \
+                "volume: found a formula or a map of heights, expected a file or a series of files, which have time steps, or noise \
                  that moves (medium.perturbation.octaves.velocity)",
             ));
         }

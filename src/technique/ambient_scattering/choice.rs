@@ -4,13 +4,10 @@ use glam::DVec3;
 
 use crate::scene::{Perturbation, Radius, Scene};
 use crate::technique::seen::{classes, free_path};
-use crate::technique::summed_area::CELLS_A_RADIUS;
+use crate::technique::summed_area::summable_radius;
 
 /// An automatic radius is at most this share of the cube root of the volume.
 const LARGEST_SHARE: f64 = 1.0 / 16.0;
-
-/// Most cells that an automatic radius may ask for: half a gigabyte of sums.
-const MOST_CELLS: f64 = (1 << 27) as f64;
 
 /// Most colours of an albedo volume that are looked at.
 const MAX_COLORS: usize = 1 << 16;
@@ -29,19 +26,8 @@ pub fn radius(scene: &Scene, wanted: Radius) -> f64 {
         free_path(scene)
             .min(largest)
             .max(least)
-            .max(summable(scene))
+            .max(summable_radius(grid))
     })
-}
-
-/// Smallest radius whose sums have no more than [`MOST_CELLS`] cells, world units; 0 where any has.
-fn summable(scene: &Scene) -> f64 {
-    let grid = &scene.volume.grid;
-    let voxels_a_cell = (grid.voxel_count() as f64 / MOST_CELLS).cbrt().ceil();
-    if voxels_a_cell > 1.0 {
-        CELLS_A_RADIUS * voxels_a_cell * grid.spacing().max_element()
-    } else {
-        0.0
-    }
 }
 
 /// Mean albedo of the medium, RGB, weighted by extinction: what light meets on its way.

@@ -124,22 +124,34 @@ impl MediumPlan {
         no_skipping: Option<&'static str>,
         limits: &Limits,
     ) -> Result<Self, PlanError> {
-        let dims = scene.volume.grid.dims;
-        if dims.max_element() > limits.max_image_3d {
+        let (dims, stored) = (scene.volume.grid.dims, scene.volume.stored_dims());
+        if stored.max_element() > limits.max_image_3d {
             return Err(PlanError::Limit {
                 what: format!("volume {}", scene.volume.name),
-                found: format!("{} x {} x {} voxels", dims.x, dims.y, dims.z),
+                found: format!("{} x {} x {} voxels", stored.x, stored.y, stored.z),
                 limit: format!(
                     "the device's 3D images reach {} along an axis",
                     limits.max_image_3d
                 ),
-                fix: "resample or crop the volume".to_owned(),
+                fix: if scene.volume.height_field.is_some() {
+                    "raise volume.height_field.level".to_owned()
+                } else {
+                    "resample or crop the volume".to_owned()
+                },
             });
         }
         if !limits.linear_rgba32_sfloat {
             return Err(PlanError::Limit {
                 what: "transfer function".to_owned(),
                 found: "needs linear filtering of four-channel 32-bit float images".to_owned(),
+                limit: "the device has none".to_owned(),
+                fix: "use another device (`tyndall devices`)".to_owned(),
+            });
+        }
+        if scene.volume.height_field.is_some() && !limits.linear_r32_sfloat {
+            return Err(PlanError::Limit {
+                what: "surface_heights".to_owned(),
+                found: "needs linear filtering of 32-bit float images".to_owned(),
                 limit: "the device has none".to_owned(),
                 fix: "use another device (`tyndall devices`)".to_owned(),
             });
@@ -178,7 +190,7 @@ impl MediumPlan {
         };
         Ok(Self {
             dims,
-            stored: scene.volume.stored_dims(),
+            stored,
             height_field,
             encoding: Encoding::choose(&scene.volume, &scene.statistics, limits)?,
             loaded: limits.prefers_loads,

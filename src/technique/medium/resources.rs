@@ -251,7 +251,7 @@ impl Medium {
             )?);
         }
         self.fill_unused()?;
-        Ok(times)
+        Ok(merged(times))
     }
 
     /// Brings images that are never read to the layout that their descriptors name.
@@ -315,11 +315,7 @@ impl Medium {
             let image = &cells.occupied_before;
             times.extend(self.upload_whole(name, image, 4, Access::ComputeSampled, row)?);
         }
-        let seconds = times.iter().map(|t| t.seconds).sum();
-        Ok(vec![StageTime {
-            name: stage::UPLOAD_TABLE.to_owned(),
-            seconds,
-        }])
+        Ok(merged(times))
     }
 
     /// Copies a whole image of not much.
@@ -407,6 +403,18 @@ impl Cells {
             from_pong,
         })
     }
+}
+
+/// One time a stage, of however many copies.
+fn merged(times: Vec<StageTime>) -> Vec<StageTime> {
+    let mut stages: Vec<StageTime> = Vec::new();
+    for time in times {
+        match stages.iter_mut().find(|s| s.name == time.name) {
+            Some(stage) => stage.seconds += time.seconds,
+            None => stages.push(time),
+        }
+    }
+    stages
 }
 
 /// Mirrored repetition equals clamping for coordinates in [0, 1], and keeps lavapipe's float filter

@@ -248,7 +248,11 @@ fn met(volume: &Volume, [lo, hi]: [UVec3; 2]) -> (bool, bool) {
     let columns = [lo, hi].map(|at| [at.x, at.y]);
     let (lowest, highest) = field.range(&volume.grid, columns[0], columns[1]);
     // Distances above the surface, of which the share is not less between than at the ends.
-    let (low, high) = (f64::from(lo.z) - highest, f64::from(hi.z) - lowest);
+    // Samples lie up to half a voxel beyond the outermost centres.
+    let (low, high) = (
+        f64::from(lo.z) - 0.5 - highest,
+        f64::from(hi.z) + 0.5 - lowest,
+    );
     let is_whole = field.share(low) >= 1.0 && field.share(high) >= 1.0;
     (high >= field.bottom && low <= field.top, is_whole)
 }

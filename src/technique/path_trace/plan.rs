@@ -102,7 +102,7 @@ pub fn plan(
         limits,
     )?;
     let one_leaf = is_one_leaf(scene, &medium.table);
-    let plain = medium.table.gradients.is_none() && medium.varied == 0;
+    let plain = medium.table.gradients.is_none() && medium.varied == 0 && !medium.height_field;
     let straight = plain && is_straight(&medium.table.bake(scene));
     let dims = scene.volume.grid.dims;
     let values = [

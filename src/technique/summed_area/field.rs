@@ -6,7 +6,7 @@ use bytemuck::bytes_of;
 use glam::{DVec3, UVec3};
 
 use super::layout::{AMBIENT_EXTINCTION, BoxPush, OCCLUSION, OcclusionPush};
-use super::{SummedArea, SummedAreaPlan, record_sums};
+use super::{SummedArea, SummedAreaPlan, record_sums, summable_radius};
 use crate::gpu::{
     Access, ComputePipeline, Device, Format, GpuError, Image, ImageDesc, ImageType,
     ImageUsageFlags, Limits, Recorder, Resource, Sampler, StageLayout, StageTime,
@@ -50,12 +50,15 @@ pub struct FieldPlan {
 /// light beyond may be taken for even.
 const AUTO_VOXELS: f64 = 14.0;
 
-/// Radius within which the medium dims an environment's light, world units: 14 voxels where it is automatic, at most
+/// Radius within which the medium dims an environment's light, world units: 14 voxels where it is automatic (more in
+/// grids so large that their sums would not fit), at most
 /// half the volume's longest side.
 #[must_use]
 pub fn occlusion_radius(scene: &Scene, wanted: Radius) -> f64 {
     let grid = &scene.volume.grid;
-    let auto = || Radius::within(grid, AUTO_VOXELS * grid.spacing().min_element());
+    let voxels = AUTO_VOXELS * grid.spacing().min_element();
+    // Cells suit half the radius.
+    let auto = || Radius::within(grid, voxels.max(2.0 * summable_radius(grid)));
     wanted.given(grid).unwrap_or_else(auto)
 }
 

@@ -15,7 +15,7 @@ mod scan_form;
 
 pub use field::{Field, FieldKind, FieldPlan, occlusion_radius};
 pub use layout::{AreaUniform, BoxPush, ExtinctionPush, LAYOUTS, OcclusionPush};
-pub use plan::{CELLS_A_RADIUS, CONSTANTS, SummedAreaPlan, box_side, stage};
+pub use plan::{CONSTANTS, SummedAreaPlan, box_side, stage, summable_radius};
 #[doc(hidden)]
 pub use probe::{probe, probe_scan};
 pub use record::record_sums;

@@ -7,6 +7,7 @@ use crate::gpu::{Format, Limits, Specialization, StageLayout};
 use crate::scene::{Perturbation, Scene};
 use crate::technique::medium::MediumPlan;
 use crate::technique::{Input, Inputs, PlanError, ResourceKind, ResourcePlan, StagePlan};
+use crate::volume::Grid;
 
 /// Stage names.
 pub mod stage {
@@ -43,7 +44,7 @@ pub const CONSTANTS: [Specialization; 7] = [
 
 /// Cells along a radius, at least, where voxels are not coarser: a box is then sharp enough (the README has
 /// the error) and the table small.
-pub const CELLS_A_RADIUS: f64 = 2.5;
+const CELLS_A_RADIUS: f64 = 2.5;
 
 /// Cells along the longest side, at least, where the radius asks for them: the volume's faces are as sharp as
 /// its inside, whatever the voxels.
@@ -81,6 +82,20 @@ pub struct SummedAreaPlan {
     pub constants: Vec<Specialization>,
     // Which of the extinction stages reads the volume as the medium holds it.
     reading: usize,
+}
+
+/// Most cells that an automatic radius may ask for: half a gigabyte of sums.
+const MOST_CELLS: f64 = (1 << 27) as f64;
+
+/// Smallest radius whose sums have no more than 2^27 cells, world units; 0 where any has.
+#[must_use]
+pub fn summable_radius(grid: &Grid) -> f64 {
+    let voxels_a_cell = (grid.voxel_count() as f64 / MOST_CELLS).cbrt().ceil();
+    if voxels_a_cell > 1.0 {
+        CELLS_A_RADIUS * voxels_a_cell * grid.spacing().max_element()
+    } else {
+        0.0
+    }
 }
 
 /// Side of the cube that has the volume of a sphere of this radius.

@@ -3,11 +3,11 @@
 use glam::{DAffine3, DVec3, UVec3};
 
 use super::HeightField;
-use crate::volume::{ColorVolume, Grid, Rescale, Volume, Voxels};
+use crate::volume::{ColorVolume, Grid, Rescale, ScalarType, Volume, Voxels};
 
 impl Volume {
     /// The same medium in the same place from maps of half as many columns along x and y, and half as many layers. A
-    /// ramp is at least a layer, and the medium at least two ramps thick.
+    /// ramp is at least a layer; depth along z stays what it was.
     ///
     /// `None` for a volume without a height field, and where one column is left.
     #[must_use]
@@ -18,38 +18,71 @@ impl Volume {
         if to == from {
             return None;
         }
-        let layers = self.grid.dims.z.div_ceil(2);
+        let heights = shrink(from, to, |i| {
+            0.5 * (f64::from(field.heights[i]) + 0.5) - 0.5
+        });
+        let (ramp, thickness) = thinned(field);
+        let top = 0.5 * field.top;
+        let bottom = top - thickness;
+        // The box goes with its faces.
+        let (low, high) = (heights.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| {
+            (a.min(*h), b.max(*h))
+        });
+        let lowest = low + bottom - 0.5 * field.margin;
+        let layers = (high + top + 0.5 * field.margin - lowest).ceil().max(1.0);
         let scale = DVec3::new(
             from[0] as f64 / to[0] as f64,
             from[1] as f64 / to[1] as f64,
             2.0,
         );
-        // The lower corner stays where it is; grid coordinates there are -1/2.
+        // Grid coordinates of the lower corner are -1/2.
         let half = DVec3::splat(0.5);
         let grid = Grid {
-            dims: UVec3::new(to[0] as u32, to[1] as u32, layers),
+            dims: UVec3::new(to[0] as u32, to[1] as u32, layers as u32),
             world_from_index: self.grid.world_from_index
                 * DAffine3::from_translation(-half)
                 * DAffine3::from_scale(scale)
-                * DAffine3::from_translation(half),
+                * DAffine3::from_translation(half + DVec3::Z * (lowest + 0.5)),
             space: self.grid.space,
         };
-        let heights = shrink(from, to, |i| f64::from(field.heights[i]));
-        let (ramp, top) = ((0.5 * field.ramp).max(1.0), 0.5 * field.top);
+        let values = shrink(from, to, |i| self.value(i));
         Some(Self {
             name: self.name.clone(),
             grid,
-            voxels: Voxels::F32(shrink(from, to, |i| self.value(i))),
+            voxels: match self.voxels.scalar_type() {
+                ScalarType::U32 | ScalarType::I32 | ScalarType::F64 => Voxels::F64(values),
+                _ => Voxels::F32(values.iter().map(|v| *v as f32).collect()),
+            },
             rescale: Rescale::IDENTITY,
             spatial_unit: self.spatial_unit.clone(),
             height_field: Some(HeightField {
-                heights: heights.iter().map(|h| 0.5 * (h + 0.5) - 0.5).collect(),
-                bottom: (0.5 * field.bottom).min(top - 2.0 * ramp),
+                heights: heights.iter().map(|h| (h - lowest - 0.5) as f32).collect(),
+                bottom,
                 top,
                 ramp,
+                margin: 0.5 * field.margin,
+                level: field.level + 1,
             }),
         })
     }
+}
+
+/// Ramp and thickness, in layers of twice the height: a ramp is at least a layer, so that steps see it, and the optical
+/// depth of the whole layer stays what it was.
+fn thinned(field: &HeightField) -> (f64, f64) {
+    let thickness = field.top - field.bottom;
+    let depth = if thickness >= 2.0 * field.ramp {
+        thickness - field.ramp
+    } else {
+        thickness * thickness / (4.0 * field.ramp)
+    };
+    let (ramp, depth) = ((0.5 * field.ramp).max(1.0), 0.5 * depth);
+    let thickness = if depth >= ramp {
+        depth + ramp
+    } else {
+        2.0 * (depth * ramp).sqrt()
+    };
+    (ramp, thickness)
 }
 
 impl ColorVolume {
@@ -59,14 +92,15 @@ impl ColorVolume {
         let from = [self.dims.x, self.dims.y].map(|n| n as usize);
         let to = from.map(|n| (n / 2).max(1));
         let [r, g, b] = [0, 1, 2].map(|c| shrink(from, to, |i| self.color(i)[c]));
-        let colors: Vec<_> = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
+        let color = |i: usize| [r[i], g[i], b[i]].map(|c| c as f32);
+        let colors: Vec<_> = (0..r.len()).map(color).collect();
         let dims = UVec3::new(to[0] as u32, to[1] as u32, 1);
         Self::new(&self.name, dims, &colors)
     }
 }
 
 /// Means over `to` columns that cover the `from` columns evenly.
-fn shrink(from: [usize; 2], to: [usize; 2], value: impl Fn(usize) -> f64) -> Vec<f32> {
+fn shrink(from: [usize; 2], to: [usize; 2], value: impl Fn(usize) -> f64) -> Vec<f64> {
     let across: Vec<_> = (0..to[0]).map(|x| covered(x, from[0], to[0])).collect();
     let mut means = Vec::with_capacity(to[0] * to[1]);
     for y in 0..to[1] {
@@ -79,7 +113,7 @@ fn shrink(from: [usize; 2], to: [usize; 2], value: impl Fn(usize) -> f64) -> Vec
                     weights += u * v;
                 }
             }
-            means.push((sum / weights) as f32);
+            means.push(sum / weights);
         }
     }
     means
@@ -92,6 +126,7 @@ fn covered(i: usize, from: usize, to: usize) -> Vec<(usize, f64)> {
     let last = (end.ceil() as usize).min(from);
     (first as usize..last)
         .map(|c| (c, end.min((c + 1) as f64) - first.max(c as f64)))
+        // Rounding leaves slivers of columns that are not covered.
         .filter(|(_, weight)| *weight > 1e-9)
         .collect()
 }
@@ -121,6 +156,7 @@ mod tests {
             size: DVec2::new(2.0, 1.0),
             height: 1.5,
             layer,
+            margin: 0.0,
         };
         map.volume(None, &sheet).ok()
     }
@@ -137,7 +173,8 @@ mod tests {
             };
             assert_eq!(coarse.grid.dims.truncate(), UVec2::new(8, 6));
             let (a, b) = (fine.grid.world_bounds(), coarse.grid.world_bounds());
-            assert!((a.0 - b.0).length() < 1e-12 && (a.1 - b.1).truncate().length() < 1e-12);
+            let sides = [(a.0 - b.0).truncate(), (a.1 - b.1).truncate()];
+            assert!(sides.iter().all(|s| s.length() < 1e-12));
             // Away from the edges a plane stays the plane it was, and so do its data values.
             for x in [DVec3::new(0.1, 0.05, 1.7), DVec3::new(-0.4, -0.2, 0.9)] {
                 let at = |v: &Volume| v.grid.world_from_index.inverse().transform_point3(x);
@@ -150,6 +187,53 @@ mod tests {
                 assert!(error < tolerance, "{fine_above} {coarse_above}");
                 let values = [&fine, &coarse].map(|v| v.sample_index(at(v)));
                 assert!((values[0] - values[1]).abs() < tolerance, "{values:?}");
+            }
+        }
+    }
+
+    /// World length of full extinction over the middle column, inside the box.
+    fn depth(v: &Volume) -> f64 {
+        let (n, d) = (2000, v.grid.dims.as_dvec3());
+        let share = |i: u32| {
+            let z = (f64::from(i) + 0.5) / f64::from(n) * d.z - 0.5;
+            v.share_at(DVec3::new(0.5 * d.x, 0.5 * d.y, z))
+        };
+        (0..n).map(share).sum::<f64>() / f64::from(n) * d.z * v.grid.spacing().z
+    }
+
+    #[test]
+    fn however_often_it_is_halved_a_layer_is_as_deep() {
+        let flat = HeightMap {
+            name: "flat".to_owned(),
+            dims: UVec2::splat(64),
+            voxels: Voxels::F32(vec![0.5; 64 * 64]),
+            rescale: Rescale::IDENTITY,
+            spacing: None,
+            spatial_unit: None,
+        };
+        // Thick, as thick as two ramps, and thinner than one.
+        for (bottom, ramp) in [(-0.5, 0.02), (-0.08, 0.04), (-0.01, 0.03)] {
+            let layer = Layer {
+                bottom,
+                top: 0.0,
+                ramp,
+            };
+            let sheet = Sheet {
+                size: DVec2::splat(2.0),
+                height: 1.0,
+                layer,
+                margin: 0.0,
+            };
+            let mut v = flat.volume(None, &sheet).ok();
+            let expected = v.as_ref().map(depth);
+            for level in 1..=5 {
+                v = v.as_ref().and_then(Volume::halved);
+                let found = v.as_ref().map(depth);
+                let error = found.zip(expected).map(|(a, b)| (a / b - 1.0).abs());
+                assert!(
+                    error.is_some_and(|e| e < 0.01),
+                    "{level}: {found:?} {expected:?}"
+                );
             }
         }
     }

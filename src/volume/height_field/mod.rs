@@ -25,6 +25,10 @@ pub struct HeightField {
     pub top: f64,
     /// Distance from either face over which extinction rises from nothing to the material's, > 0.
     pub ramp: f64,
+    /// How far the box reaches beyond the faces, for noise that moves the medium.
+    pub margin: f64,
+    /// How often the map was halved.
+    pub level: u32,
 }
 
 impl HeightField {
