@@ -5,6 +5,7 @@
 mod encoding;
 mod material;
 mod plan;
+mod plan_resources;
 mod record;
 mod resources;
 mod table;

@@ -3,10 +3,9 @@
 use glam::{DVec3, UVec3};
 
 use super::{Encoding, Table};
-use crate::gpu::{Access, Format, Limits, Specialization, staging};
-use crate::scene::perturbation::NOISE_SIZE;
+use crate::gpu::{Access, Format, Limits, Specialization};
 use crate::scene::{Octave, Perturbation, Scene};
-use crate::technique::{Input, Inputs, Omission, PlanError, ResourceKind, ResourcePlan, StagePlan};
+use crate::technique::{Input, Inputs, Omission, PlanError, StagePlan};
 
 /// Stage names of the medium.
 pub mod stage {
@@ -58,6 +57,69 @@ fn sparse_cell(dims: UVec3) -> u32 {
     let sizes = (0..12).map(|i| CELL_SIZE << i);
     let mut sizes = sizes.filter(|size| cells(*size) <= MOST_SPARSE);
     sizes.next().unwrap_or(CELL_SIZE << 12)
+}
+
+/// The cells for empty-space skipping, or why there are none.
+fn cells(scene: &Scene, table: &Table) -> Result<CellsPlan, &'static str> {
+    let dims = scene.volume.grid.dims;
+    let height_field = scene.volume.height_field.is_some();
+    let size = if height_field {
+        sparse_cell(dims)
+    } else {
+        CELL_SIZE
+    };
+    let along = (dims + size - 1) / size;
+    let widen = reach_of_noise(scene).max_element() / f64::from(size);
+    if !height_field && !Table::has_empty_range(&table.bake(scene)) {
+        return Err("the transfer function leaves no data value empty");
+    }
+    if widen >= f64::from(along.max_element().min(MOST_WIDEN)) {
+        return Err("noise moves what is looked up too far");
+    }
+    Ok(CellsPlan {
+        size,
+        height_field,
+        dims: along,
+        reach: REACH,
+        widen: widen.ceil() as u32,
+    })
+}
+
+/// Refuses what the device's images cannot hold or filter.
+fn check_limits(scene: &Scene, limits: &Limits) -> Result<(), PlanError> {
+    let stored = scene.volume.stored_dims();
+    let height_field = scene.volume.height_field.is_some();
+    if stored.max_element() > limits.max_image_3d {
+        let fix = if height_field {
+            "raise volume.height_field.level"
+        } else {
+            "resample or crop the volume"
+        };
+        return Err(PlanError::Limit {
+            what: format!("volume {}", scene.volume.name),
+            found: format!("{} x {} x {} voxels", stored.x, stored.y, stored.z),
+            limit: format!(
+                "the device's 3D images reach {} along an axis",
+                limits.max_image_3d
+            ),
+            fix: fix.to_owned(),
+        });
+    }
+    let unfiltered = |what: &str, images: &str| {
+        Err(PlanError::Limit {
+            what: what.to_owned(),
+            found: format!("needs linear filtering of {images} images"),
+            limit: "the device has none".to_owned(),
+            fix: "use another device (`tyndall devices`)".to_owned(),
+        })
+    };
+    if !limits.linear_rgba32_sfloat {
+        return unfiltered("transfer function", "four-channel 32-bit float");
+    }
+    if height_field && !limits.linear_r32_sfloat {
+        return unfiltered("surface_heights", "32-bit float");
+    }
+    Ok(())
 }
 
 /// The medium's device data for one scene.
@@ -124,74 +186,21 @@ impl MediumPlan {
         no_skipping: Option<&'static str>,
         limits: &Limits,
     ) -> Result<Self, PlanError> {
-        let (dims, stored) = (scene.volume.grid.dims, scene.volume.stored_dims());
-        if stored.max_element() > limits.max_image_3d {
-            return Err(PlanError::Limit {
-                what: format!("volume {}", scene.volume.name),
-                found: format!("{} x {} x {} voxels", stored.x, stored.y, stored.z),
-                limit: format!(
-                    "the device's 3D images reach {} along an axis",
-                    limits.max_image_3d
-                ),
-                fix: if scene.volume.height_field.is_some() {
-                    "raise volume.height_field.level".to_owned()
-                } else {
-                    "resample or crop the volume".to_owned()
-                },
-            });
-        }
-        if !limits.linear_rgba32_sfloat {
-            return Err(PlanError::Limit {
-                what: "transfer function".to_owned(),
-                found: "needs linear filtering of four-channel 32-bit float images".to_owned(),
-                limit: "the device has none".to_owned(),
-                fix: "use another device (`tyndall devices`)".to_owned(),
-            });
-        }
-        if scene.volume.height_field.is_some() && !limits.linear_r32_sfloat {
-            return Err(PlanError::Limit {
-                what: "surface_heights".to_owned(),
-                found: "needs linear filtering of 32-bit float images".to_owned(),
-                limit: "the device has none".to_owned(),
-                fix: "use another device (`tyndall devices`)".to_owned(),
-            });
-        }
+        check_limits(scene, limits)?;
         let table = Table::choose(scene, limits);
         let perturbation = scene.medium.perturbation.as_ref();
         let octaves = |of: fn(&Octave) -> bool| {
             let octaves = perturbation.iter().flat_map(|p| &p.octaves);
             u32::try_from(octaves.filter(|o| of(o)).count()).unwrap_or(u32::MAX)
         };
-        let height_field = scene.volume.height_field.is_some();
-        let size = if height_field {
-            sparse_cell(dims)
-        } else {
-            CELL_SIZE
-        };
-        let cells_along = (dims + size - 1) / size;
-        let widen = reach_of_noise(scene).max_element() / f64::from(size);
-        let (cells, why_no_cells) = if let Some(why) = no_skipping {
-            (None, why)
-        } else if !height_field && !Table::has_empty_range(&table.bake(scene)) {
-            (None, "the transfer function leaves no data value empty")
-        } else if widen >= f64::from(cells_along.max_element().min(MOST_WIDEN)) {
-            (None, "noise moves what is looked up too far")
-        } else {
-            (
-                Some(CellsPlan {
-                    size,
-                    height_field,
-                    dims: cells_along,
-                    reach: REACH,
-                    widen: widen.ceil() as u32,
-                }),
-                "",
-            )
+        let (cells, why_no_cells) = match no_skipping.map_or_else(|| cells(scene, &table), Err) {
+            Ok(cells) => (Some(cells), ""),
+            Err(why) => (None, why),
         };
         Ok(Self {
-            dims,
-            stored,
-            height_field,
+            dims: scene.volume.grid.dims,
+            stored: scene.volume.stored_dims(),
+            height_field: scene.volume.height_field.is_some(),
             encoding: Encoding::choose(&scene.volume, &scene.statistics, limits)?,
             loaded: limits.prefers_loads,
             masked: scene.statistics.nan + scene.statistics.infinite > 0,
@@ -273,123 +282,6 @@ impl MediumPlan {
             ]);
         }
         stages
-    }
-
-    /// The resources with their sizes.
-    #[must_use]
-    pub fn resources(&self) -> Vec<ResourcePlan> {
-        let voxels = |v: UVec3| u64::from(v.x) * u64::from(v.y) * u64::from(v.z);
-        let row = UVec3::new(self.table.entries, 1, 1);
-        let auxiliary = |name, extent, format, bytes, shrink| ResourcePlan {
-            name,
-            kind: ResourceKind::Auxiliary,
-            extent,
-            format,
-            bytes,
-            shrink,
-        };
-        let mut list = vec![ResourcePlan {
-            name: "volume",
-            kind: ResourceKind::Volume,
-            extent: self.stored,
-            format: self.encoding.format,
-            bytes: voxels(self.stored) * self.encoding.texel_bytes(),
-            shrink: "resample or crop the volume, or store it in fewer bits",
-        }];
-        // A height field's heights are staged like its data values.
-        let texel = if self.height_field {
-            4
-        } else {
-            self.encoding.texel_bytes()
-        };
-        let slice = u64::from(self.dims.x) * u64::from(self.dims.y) * texel;
-        let (_, bytes) = staging(slice, self.stored.z);
-        list.push(ResourcePlan {
-            name: "volume staging",
-            kind: ResourceKind::Staging,
-            extent: UVec3::new(u32::try_from(bytes).unwrap_or(u32::MAX), 1, 1),
-            format: Format::UNDEFINED,
-            bytes,
-            shrink: "resample or crop the volume",
-        });
-        if self.masked {
-            let why = "replace NaN and infinite voxels in the file";
-            list.push(auxiliary(
-                "finite_mask",
-                self.stored,
-                Format::R8_UNORM,
-                voxels(self.stored),
-                why,
-            ));
-        }
-        if self.height_field {
-            list.push(ResourcePlan {
-                name: "surface_heights",
-                kind: ResourceKind::Volume,
-                extent: self.stored,
-                format: Format::R32_SFLOAT,
-                bytes: 4 * voxels(self.stored),
-                shrink: "raise volume.height_field.level",
-            });
-        }
-        let entries = u64::from(self.table.entries);
-        let wider = "widen the transfer function's narrowest segment";
-        list.push(auxiliary(
-            "transfer_function",
-            row,
-            Format::R32G32B32A32_SFLOAT,
-            16 * entries,
-            wider,
-        ));
-        if self.octaves() > 0 {
-            let edge = NOISE_SIZE as u32;
-            list.push(auxiliary(
-                "noise",
-                UVec3::splat(edge),
-                Format::R32G32B32A32_SFLOAT,
-                16 * voxels(UVec3::splat(edge)),
-                "leave medium.perturbation out",
-            ));
-        }
-        if let Some(axis) = self.table.gradients {
-            list.push(auxiliary(
-                "gradient_table",
-                UVec3::new(self.table.entries, axis.entries, 1),
-                Format::R32G32B32A32_SFLOAT,
-                16 * entries * u64::from(axis.entries),
-                "widen the transfer function's narrowest shape",
-            ));
-        }
-        if let Some(c) = self.cells {
-            let (format, bytes) = self.encoding.pair_format();
-            let off = "set the technique's empty_space_skipping = false";
-            let counts = UVec3::new(row.x + 1, 1, 1);
-            list.extend([
-                auxiliary(
-                    "occupied_before",
-                    counts,
-                    Format::R32_UINT,
-                    4 * (entries + 1),
-                    wider,
-                ),
-                auxiliary("cell_min_max", c.dims, format, voxels(c.dims) * bytes, off),
-                auxiliary(
-                    "cell_distance",
-                    c.dims,
-                    Format::R8_UINT,
-                    voxels(c.dims),
-                    off,
-                ),
-                auxiliary(
-                    "cell_distance_pong",
-                    c.dims,
-                    Format::R8_UINT,
-                    voxels(c.dims),
-                    off,
-                ),
-            ]);
-        }
-        list
     }
 
     /// What the scene does not need of the medium.
