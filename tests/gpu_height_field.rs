@@ -10,14 +10,14 @@ use std::sync::Arc;
 use common::{constant, device, params, points, render, scene, with};
 use estimates::{assert_estimators_agree, estimate, traced};
 use glam::{DVec2, DVec3, UVec2, UVec3, Vec3};
-use materials::{assert_all_see_the_equations, every_technique, shapes};
+use materials::{
+    assert_all_see_the_equations, assert_leaves_bound, assert_skipped_is_empty,
+    assert_sums_are_the_naive_ones, every_technique, shapes,
+};
 use tyndall::scene::transfer_function::{Primitive, Shape};
 use tyndall::scene::{
     Light, Octave, Perturbation, Projection, Scene, Shading, SingleScatterParams, TechniqueParams,
 };
-use tyndall::technique::medium::Table;
-use tyndall::technique::path_trace::leaves;
-use tyndall::technique::summed_area::{FieldKind, probe, reference};
 use tyndall::technique::{Renderer, ResourceKind};
 use tyndall::volume::{ColorVolume, HeightMap, Layer, Rescale, Sheet, Statistics, Volume, Voxels};
 
@@ -289,24 +289,7 @@ fn what_is_skipped_is_empty() {
         let mut s = hills();
         s.medium.perturbation = perturbation;
         (s.image.width, s.image.height) = (48, 48);
-        let plan = Renderer::new(&device, s.clone()).unwrap().plan().clone();
-        assert!(plan.stages.iter().any(|s| s.name == "medium.cell_distance"));
-        let with_skipping = |skip| {
-            render(
-                &device,
-                &with(s.clone(), |p| {
-                    (p.step, p.empty_space_skipping) = (0.5, skip)
-                }),
-            )
-        };
-        let (skipped, all) = (with_skipping(true), with_skipping(false));
-        for (a, b) in skipped.pixels.iter().zip(&all.pixels) {
-            // Blocks begin elsewhere, sums round differently.
-            assert!(
-                a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-6),
-                "{a:?} {b:?}"
-            );
-        }
+        assert_skipped_is_empty(&device, &s);
     }
 }
 
@@ -319,33 +302,12 @@ fn leaves_bound_it_and_summed_areas_are_the_naive_sums() {
     s.statistics = Arc::new(Statistics::of(&s.volume));
     // Where it is thin, leaves are better left whole.
     s.medium.density_scale = 20.0;
-    let list = leaves::leaves(&s, &Table::choose(&s, &device.info().limits));
-    let (dims, edge) = (s.volume.grid.dims, leaves::cell_edge(s.volume.grid.dims));
-    let cells = leaves::cells_along(dims);
-    let found = reference::cell_extinctions(&s, UVec3::ONE, UVec3::ONE);
-    let (mut empty, mut within) = (0, 0);
-    for (i, sigma_t) in (0u32..).zip(found) {
-        let voxel = UVec3::new(i % dims.x, i / dims.x % dims.y, i / (dims.x * dims.y));
-        let cell = voxel / edge;
-        let bounds = list[(cell.x + cells.x * (cell.y + cells.y * cell.z)) as usize];
-        let [max, min] = bounds.map(|b| f64::from(f32::from_bits(b)));
-        let is_bound = sigma_t <= max * (1.0 + 1e-4) && sigma_t >= min * (1.0 - 1e-4);
-        assert!(is_bound, "{voxel}: {sigma_t} in {min} to {max}");
-        within += u32::from(sigma_t > 0.0 && max < 10.0 * sigma_t);
-        empty += u32::from(max < 1e-30);
-    }
+    let [within, empty] = assert_leaves_bound(&device, &s);
     assert!(
         within > 100 && empty > 100,
         "bounds are of use: {within}, {empty}"
     );
-    for kind in [FieldKind::AmbientExtinction, FieldKind::Occlusion] {
-        let (plan, texels, _) = probe(&device, &s, kind, 4.0).unwrap();
-        let expected = reference::field(&s, &plan);
-        let largest = expected.iter().copied().fold(0.0, f64::max);
-        for (found, expected) in texels.iter().zip(&expected) {
-            assert!((f64::from(*found) - expected).abs() < 1e-3 * expected + 1e-3 * largest);
-        }
-    }
+    assert_sums_are_the_naive_ones(&device, &s);
 }
 
 #[test]

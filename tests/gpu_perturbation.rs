@@ -11,15 +11,16 @@ use std::sync::Arc;
 use common::{constant, cube, device, points, render, scene, volume, with};
 use estimates::{assert_estimators_agree, blob, estimate, traced};
 use glam::{DVec3, UVec3, Vec3};
-use materials::{assert_all_see_the_equations, every_technique, shapes};
+use materials::{
+    assert_all_see_the_equations, assert_leaves_bound, assert_skipped_is_empty,
+    assert_sums_are_the_naive_ones, every_technique, shapes,
+};
 use tyndall::scene::transfer_function::{Primitive, Shape};
 use tyndall::scene::{
     Octave, Perturbation, Projection, Scene, SingleScatterParams, TechniqueParams,
 };
 use tyndall::technique::Renderer;
-use tyndall::technique::medium::Table;
-use tyndall::technique::path_trace::leaves;
-use tyndall::technique::summed_area::{FieldKind, probe, reference};
+use tyndall::technique::summed_area::{FieldKind, probe};
 use tyndall::volume::{ColorVolume, Grid, ScalarType};
 
 fn octave(frequency: f64, displacement: f64, opacity: f64, color: Vec3) -> Octave {
@@ -126,23 +127,13 @@ fn paths_are_those_of_the_textbook() {
 fn summed_areas_are_the_naive_sums() {
     let device = device();
     let s = perturbed(blob());
-    for kind in [FieldKind::AmbientExtinction, FieldKind::Occlusion] {
-        let (plan, texels, _) = probe(&device, &s, kind, 4.0).unwrap();
-        let expected = reference::field(&s, &plan);
-        let largest = expected.iter().copied().fold(0.0, f64::max);
-        for (found, expected) in texels.iter().zip(&expected) {
-            // Half floats, and the table between its entries.
-            assert!((f64::from(*found) - expected).abs() < 1e-3 * expected + 1e-3 * largest);
-        }
-    }
+    assert_sums_are_the_naive_ones(&device, &s);
 }
 
 #[test]
 fn cells_that_noise_may_reach_are_not_skipped() {
     let device = device();
     let s = ball();
-    let plan = Renderer::new(&device, s.clone()).unwrap().plan().clone();
-    assert!(plan.stages.iter().any(|s| s.name == "medium.cell_distance"));
     let still = Scene {
         medium: tyndall::scene::Medium {
             perturbation: None,
@@ -150,52 +141,20 @@ fn cells_that_noise_may_reach_are_not_skipped() {
         },
         ..s.clone()
     };
-    let skipped = render(&device, &with(s.clone(), |p| p.step = 0.5));
-    let all = render(
-        &device,
-        &with(s.clone(), |p| {
-            (p.step, p.empty_space_skipping) = (0.5, false);
-        }),
-    );
+    let all = assert_skipped_is_empty(&device, &s);
     let resting = render(&device, &still);
     let pairs = all.pixels.iter().zip(&resting.pixels);
     let moved = pairs.filter(|(a, b)| a[3] > 0.0 && b[3] == 0.0).count();
     assert!(moved > 10, "noise moves it: {moved}");
-    for (a, b) in skipped.pixels.iter().zip(&all.pixels) {
-        // Blocks begin elsewhere, sums round differently.
-        assert!(
-            a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-6),
-            "{a:?} {b:?}"
-        );
-    }
 }
 
 #[test]
 fn leaves_bound_the_noise() {
     let device = device();
     for s in [ball(), perturbed(blob())] {
-        let table = Table::choose(&s, &device.info().limits);
-        let list = leaves::leaves(&s, &table);
-        let (dims, edge) = (s.volume.grid.dims, leaves::cell_edge(s.volume.grid.dims));
-        let cells = leaves::cells_along(dims);
         let (plan, _, _) = probe(&device, &s, FieldKind::AmbientExtinction, 1.0).unwrap();
         assert_eq!(plan.area.cell, UVec3::ONE);
-        let found = reference::cell_extinctions(&s, UVec3::ONE, UVec3::ONE);
-        let mut within = 0;
-        for (i, sigma_t) in (0u32..).zip(found) {
-            let voxel = UVec3::new(i % dims.x, i / dims.x % dims.y, i / (dims.x * dims.y));
-            let cell = voxel / edge;
-            let [max, min] = list[(cell.x + cells.x * (cell.y + cells.y * cell.z)) as usize];
-            let (min, max) = (
-                f64::from(f32::from_bits(min)),
-                f64::from(f32::from_bits(max)),
-            );
-            assert!(
-                sigma_t <= max * (1.0 + 1e-4) && sigma_t >= min * (1.0 - 1e-4),
-                "{voxel}"
-            );
-            within += u32::from(sigma_t > 0.0 && max < 10.0 * sigma_t);
-        }
+        let [within, _] = assert_leaves_bound(&device, &s);
         assert!(within > 100, "bounds are of use: {within}");
     }
 }
