@@ -9,7 +9,6 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 use tiff::{ColorType, TiffError};
 
-use super::payload::first_bytes;
 use super::picture::{name_of, upwards};
 use super::source::open_regular;
 use super::{HeightMap, Rescale, ScalarType, VolumeError, Voxels};
@@ -18,13 +17,10 @@ use crate::output::MAX_PIXELS;
 /// Of latitude, on a sphere with the earth's mean radius of 6371 km.
 const METRES_A_DEGREE: f64 = 111_195.0;
 
-/// Whether a file begins as a TIFF does, in either byte order.
-///
-/// # Errors
-/// It cannot be read.
-pub(super) fn is_tiff(path: &Path) -> Result<bool, VolumeError> {
+/// Whether a file of these first bytes is a TIFF, in either byte order.
+pub(super) fn is_tiff(first: &[u8]) -> bool {
     let beginnings: [&[u8]; 4] = [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"];
-    Ok(beginnings.contains(&&*first_bytes(path, 4)?.bytes))
+    beginnings.iter().any(|b| first.starts_with(b))
 }
 
 /// Grey values of any type but half floats and 64-bit integers; the first picture of the file. Values that the file
@@ -168,9 +164,5 @@ fn without(voxels: Voxels, missing: f64) -> Voxels {
             .filter(|v| !is_missing(*v))
             .unwrap_or(f64::NAN)
     };
-    let values = (0..voxels.len()).map(value);
-    match voxels.scalar_type() {
-        ScalarType::U32 | ScalarType::I32 | ScalarType::F64 => Voxels::F64(values.collect()),
-        _ => Voxels::F32(values.map(|v| v as f32).collect()),
-    }
+    voxels.scalar_type().floats((0..voxels.len()).map(value))
 }

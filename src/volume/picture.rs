@@ -8,18 +8,14 @@ use glam::UVec2;
 use image::codecs::png::PngDecoder;
 use image::{DynamicImage, ImageDecoder};
 
-use super::payload::first_bytes;
 use super::source::open_regular;
 use super::{ColorVolume, HeightMap, Rescale, VolumeError, Voxels};
 use crate::output::MAX_PIXELS;
 use crate::scene::linear_from_srgb;
 
-/// Whether a file begins as a PNG picture does.
-///
-/// # Errors
-/// It cannot be read.
-pub(super) fn is_png(path: &Path) -> Result<bool, VolumeError> {
-    Ok(first_bytes(path, 8)?.bytes == b"\x89PNG\r\n\x1a\n")
+/// Whether a file of these first eight bytes is a PNG picture.
+pub(super) fn is_png(first: &[u8]) -> bool {
+    first == b"\x89PNG\r\n\x1a\n"
 }
 
 /// A grey picture of 8 or 16 bits; black is 0, white 1.

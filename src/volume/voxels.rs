@@ -48,6 +48,15 @@ impl ScalarType {
         }
     }
 
+    /// Values as floats of as many bits as voxels of this type need.
+    #[must_use]
+    pub fn floats(self, values: impl Iterator<Item = f64>) -> Voxels {
+        match self {
+            Self::U32 | Self::I32 | Self::F64 => Voxels::F64(values.collect()),
+            _ => Voxels::F32(values.map(|v| v as f32).collect()),
+        }
+    }
+
     /// The name used in scene files and on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {

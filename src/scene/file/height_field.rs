@@ -161,9 +161,12 @@ impl SceneFile {
         Ok(Some(read_picture_colors(&path, dims)?))
     }
 
-    /// Halves the map as often as the image allows.
+    /// Halves the map, if there is one, as often as the image allows.
     pub(super) fn coarsen(&self, scene: &mut Scene) {
-        for _ in 0..self.level(scene) {
+        let Some(h) = &self.spec.volume.height_field else {
+            return;
+        };
+        for _ in 0..h.level.unwrap_or_else(|| level(scene)) {
             let Some(coarse) = scene.volume.halved() else {
                 return;
             };
@@ -173,16 +176,13 @@ impl SceneFile {
             }
         }
     }
+}
 
-    fn level(&self, scene: &Scene) -> u32 {
-        let wanted = self.spec.volume.height_field.as_ref().and_then(|h| h.level);
-        wanted.unwrap_or_else(|| {
-            let column = scene.volume.grid.spacing().truncate().max_element();
-            // A column a pixel would blur the picture.
-            let halvings = (0.5 * finest_pixel(scene) / column).log2().floor();
-            halvings.clamp(0.0, f64::from(MOST_LEVELS)) as u32
-        })
-    }
+/// Halvings that leave two columns no wider than a pixel: one a pixel would blur the picture.
+fn level(scene: &Scene) -> u32 {
+    let column = scene.volume.grid.spacing().truncate().max_element();
+    let halvings = (0.5 * finest_pixel(scene) / column).log2().floor();
+    halvings.clamp(0.0, f64::from(MOST_LEVELS)) as u32
 }
 
 /// World units along the edge of the pixel that sees the volume from nearest by; 0 from inside.

@@ -256,18 +256,10 @@ impl Medium {
 
     /// Brings images that are never read to the layout that their descriptors name.
     fn fill_unused(&self) -> Result<(), GpuError> {
-        let fill = |image, texel, after| {
-            let empty = |_, _, to: &mut [u8]| to.fill(0);
-            let name = "medium.unused";
-            upload_image(
-                &self.device,
-                image,
-                name,
-                texel,
-                after,
-                empty,
-                &mut |_, _| {},
-            )
+        // One texel each.
+        let fill = |image, texel: u64, after| {
+            let empty = &[0; 16][..texel as usize];
+            self.upload_whole("medium.unused", image, texel, after, empty)
         };
         if self.cells.is_none() {
             fill(&self.images.cell_distance, 1, self.plan.reading())?;

@@ -51,8 +51,7 @@ pub struct FieldPlan {
 const AUTO_VOXELS: f64 = 14.0;
 
 /// Radius within which the medium dims an environment's light, world units: 14 voxels where it is automatic (more in
-/// grids so large that their sums would not fit), at most
-/// half the volume's longest side.
+/// grids so large that their sums would not fit), at most half the volume's longest side.
 #[must_use]
 pub fn occlusion_radius(scene: &Scene, wanted: Radius) -> f64 {
     let grid = &scene.volume.grid;

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, UVec3};
 
 use super::HeightField;
-use crate::volume::{ColorVolume, Grid, Rescale, ScalarType, Volume, Voxels};
+use crate::volume::{ColorVolume, Grid, Rescale, Volume};
 
 impl Volume {
     /// The same medium in the same place from maps of half as many columns along x and y, and half as many layers. A
@@ -13,8 +13,7 @@ impl Volume {
     #[must_use]
     pub fn halved(&self) -> Option<Self> {
         let field = self.height_field.as_ref()?;
-        let from = [self.grid.dims.x, self.grid.dims.y].map(|n| n as usize);
-        let to = from.map(|n| (n / 2).max(1));
+        let (from, to) = columns(self.grid.dims);
         if to == from {
             return None;
         }
@@ -49,10 +48,7 @@ impl Volume {
         Some(Self {
             name: self.name.clone(),
             grid,
-            voxels: match self.voxels.scalar_type() {
-                ScalarType::U32 | ScalarType::I32 | ScalarType::F64 => Voxels::F64(values),
-                _ => Voxels::F32(values.iter().map(|v| *v as f32).collect()),
-            },
+            voxels: self.voxels.scalar_type().floats(values.into_iter()),
             rescale: Rescale::IDENTITY,
             spatial_unit: self.spatial_unit.clone(),
             height_field: Some(HeightField {
@@ -89,14 +85,19 @@ impl ColorVolume {
     /// The colours of [`Volume::halved`].
     #[must_use]
     pub fn halved(&self) -> Self {
-        let from = [self.dims.x, self.dims.y].map(|n| n as usize);
-        let to = from.map(|n| (n / 2).max(1));
+        let (from, to) = columns(self.dims);
         let [r, g, b] = [0, 1, 2].map(|c| shrink(from, to, |i| self.color(i)[c]));
         let color = |i: usize| [r[i], g[i], b[i]].map(|c| c as f32);
         let colors: Vec<_> = (0..r.len()).map(color).collect();
         let dims = UVec3::new(to[0] as u32, to[1] as u32, 1);
         Self::new(&self.name, dims, &colors)
     }
+}
+
+/// Columns along x and y, and half as many.
+fn columns(dims: UVec3) -> ([usize; 2], [usize; 2]) {
+    let from = [dims.x, dims.y].map(|n| n as usize);
+    (from, from.map(|n| (n / 2).max(1)))
 }
 
 /// Means over `to` columns that cover the `from` columns evenly.
@@ -134,7 +135,7 @@ fn covered(i: usize, from: usize, to: usize) -> Vec<(usize, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::{HeightMap, Layer, Sheet};
+    use crate::volume::{HeightMap, Layer, Sheet, Voxels};
     use glam::{DVec2, UVec2};
 
     fn sloped(nx: u32, ny: u32) -> Option<Volume> {

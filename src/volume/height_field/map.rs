@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2, UVec3};
 
 use super::HeightField;
+use crate::volume::payload::first_bytes;
 use crate::volume::read::{ReadOptions, read};
 use crate::volume::{Grid, Rescale, Space, Volume, VolumeError, Voxels, geo_tiff, picture};
 
@@ -64,10 +65,11 @@ impl HeightMap {
     /// # Errors
     /// Names the file, the field, what was found and what was expected.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, VolumeError> {
-        if picture::is_png(path)? {
+        let first = first_bytes(path, 8)?.bytes;
+        if picture::is_png(&first) {
             return picture::read_grey(path);
         }
-        if geo_tiff::is_tiff(path)? {
+        if geo_tiff::is_tiff(&first) {
             return geo_tiff::read_map(path);
         }
         let volume = read(path, options, &mut |_, _| {})?;
